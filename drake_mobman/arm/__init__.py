@@ -1,0 +1,1 @@
+"""The arm: closed-form kinematics and inverses, limits of its joints."""

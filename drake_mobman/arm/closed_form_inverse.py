@@ -1,0 +1,111 @@
+"""The hand's rates as joint rates, in closed form (Kwon et al., eqs. 4-9)."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_mobman import signals
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import ArmStatus, JointLimits, bounded_rates
+from drake_mobman.scalars import Scalar, where
+
+
+def rates_by_positions(
+    arm: ArmKinematics, q: Any, command: Any, period: float
+) -> tuple[list[Scalar], Scalar]:
+    """Returns the joint rates that reach, after `period`, where the command leads.
+
+    Inverts the position after one Euler step (eqs. 4, 5 and Algorithm 1 lines 33-34),
+    so that a singular Jacobian, as at l = 0, is no trouble.
+
+    Returns:
+        The rates (n,) [rad/s], and the `ArmStatus` flags.
+    """
+    target = [x + rate * period for x, rate in zip(arm.workspace(q), command)]
+    rates = [(new - old) / period for new, old in zip(arm.inverse(target), q)]
+    return rates, where(arm.is_in_reach(target), 0.0, float(ArmStatus.OUT_OF_REACH))
+
+
+def rates_by_jacobian(
+    arm: ArmKinematics, q: Any, command: Any
+) -> tuple[list[Scalar], Scalar]:
+    """Returns the joint rates that the inverse of the Jacobian gives (eqs. 8, 9).
+
+    Returns:
+        The rates (n,) [rad/s], damped near a singularity, and the `ArmStatus` flags.
+    """
+    return arm.rates(q, command), arm.is_near_singular(q) * float(ArmStatus.SINGULAR)
+
+
+@TemplateSystem.define("ClosedFormInverse_")
+def ClosedFormInverse_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
+
+    class Impl(LeafSystem_[T]):
+        """Turns rates of the workspace into joint rates that the arm can make.
+
+        .. pydrake_system::
+
+            name: ClosedFormInverse
+            input_ports:
+            - arm_command
+            - arm_position
+            output_ports:
+            - arm_velocity_command
+            - arm_status
+
+        Built as `ClosedFormInverse(arm, limits, period, by="positions")`: the arm's
+        kinematics, its joint limits, the control period [s], and whether positions
+        or rates are inverted, "positions" or "rates".
+        """
+
+        def _construct(
+            self,
+            arm: ArmKinematics,
+            limits: JointLimits,
+            period: float,
+            by: str = "positions",
+            converter: Any = None,
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.arm, self.limits, self.period, self.by = arm, limits, period, by
+            n = arm.joints
+            self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
+            self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
+            self.DeclareVectorOutputPort(
+                signals.ARM_VELOCITY_COMMAND, n, self._calc_rates
+            )
+            self.DeclareVectorOutputPort(signals.ARM_STATUS, 1, self._calc_status)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(
+                self,
+                other.arm,
+                other.limits,
+                other.period,
+                other.by,
+                converter=converter,
+            )
+
+        def _bounded(self, context: Any) -> tuple[list[Any], Any]:
+            q = self.position.Eval(context)
+            command = self.command.Eval(context)
+            if self.by == "positions":
+                rates, wanting = rates_by_positions(self.arm, q, command, self.period)
+            else:
+                rates, wanting = rates_by_jacobian(self.arm, q, command)
+            rates, bound = bounded_rates(rates, q, self.limits, self.period)
+            return rates, wanting + bound
+
+        def _calc_rates(self, context: Any, output: Any) -> None:
+            output.SetFromVector(np.array(self._bounded(context)[0]))
+
+        def _calc_status(self, context: Any, output: Any) -> None:
+            output.SetAtIndex(0, T(self._bounded(context)[1]))
+
+    return Impl
+
+
+ClosedFormInverse = ClosedFormInverse_[None]

@@ -1,0 +1,33 @@
+"""What blocks ask of an arm that has a closed form."""
+
+from typing import Any, Protocol
+
+from drake_mobman.scalars import Scalar
+
+
+class ArmKinematics(Protocol):
+    """An arm in closed form, for any scalar; all angles in rad, lengths in m.
+
+    Attributes:
+        joints: number of joints n.
+    """
+
+    joints: int
+
+    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns l, psi, z of the end effector E for joint angles `q` (n,)."""
+
+    def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns the translational end effector's position in B."""
+
+    def inverse(self, workspace: Any) -> list[Scalar]:
+        """Returns the joint angles (n,) at `workspace`, or at the nearest in reach."""
+
+    def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
+        """Returns the joint rates (n,) that make `workspace_rates`, bounded."""
+
+    def is_near_singular(self, q: Any) -> Scalar:
+        """Returns 1 where `rates` falls short of what it is asked, else 0."""
+
+    def is_in_reach(self, workspace: Any) -> Any:
+        """Returns whether the arm reaches `workspace`, as a truth or a formula."""

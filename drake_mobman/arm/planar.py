@@ -1,0 +1,58 @@
+"""The planar arm of Kwon et al., table 1: two links that turn about z."""
+
+import dataclasses as dc
+from typing import Any
+
+from pydrake.math import cos, sin
+
+from drake_mobman.arm import two_link
+from drake_mobman.scalars import Scalar, larger
+
+
+@dc.dataclass(frozen=True)
+class PlanarArm:
+    """Shoulder and elbow turn about z; T and E are one point, the tip.
+
+    Joints: shoulder, elbow. psi is told from the joints, not from the tip's position,
+    so that it holds its value where the arm is folded up and l = 0.
+    """
+
+    upper: float  # From shoulder to elbow [m].
+    lower: float  # From elbow to tip [m].
+    p_BS: tuple[float, float, float]  # Shoulder in B [m].
+    joints: int = 2
+
+    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns l, psi, z; z is 0 throughout."""
+        psi = q[0] + two_link.direction(q[1], self.upper, self.lower)
+        return two_link.reach(q[1], self.upper, self.lower), psi, 0.0 * q[0]
+
+    def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns the tip's position in B."""
+        l, psi, z = self.workspace(q)
+        d, y, l_0 = self.p_BS
+        return d + l * cos(psi), y + l * sin(psi), l_0 + z
+
+    def inverse(self, workspace: Any) -> list[Scalar]:
+        """Returns shoulder and elbow; a reach below 0 counts as 0, z not at all."""
+        shoulder, elbow = two_link.inverse(
+            larger(workspace[0], 0.0), 0.0, self.upper, self.lower
+        )
+        return [workspace[1] + shoulder, elbow]
+
+    def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
+        """Returns the rates of shoulder and elbow; the rate of z counts not at all."""
+        l, psi, _ = self.workspace(q)
+        v_l, v_psi, _ = workspace_rates
+        # Seen from axes that lie along the reach, where the tip is at angle 0.
+        return list(
+            two_link.rates(q[0] - psi, q[1], v_l, l * v_psi, self.upper, self.lower)
+        )
+
+    def is_near_singular(self, q: Any) -> Scalar:
+        """Returns 1 where the arm is nearly stretched or folded, else 0."""
+        return two_link.is_near_singular(q[1])
+
+    def is_in_reach(self, workspace: Any) -> Any:
+        """Returns whether the tip can be at `workspace`."""
+        return two_link.is_in_reach(workspace[0], 0.0, self.upper, self.lower)

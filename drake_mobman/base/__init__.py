@@ -1,0 +1,1 @@
+"""The base: its unicycle, and the smoothing and rate limit of its commands."""

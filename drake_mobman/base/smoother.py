@@ -1,0 +1,121 @@
+"""Exponential smoothing and rate limit of the base command.
+
+Petric & Zlajpah, eqs. 7-12.
+"""
+
+import dataclasses as dc
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_mobman import signals
+from drake_mobman.parameters import ParameterError, checked, positive
+from drake_mobman.scalars import Scalar, saturated
+
+
+@dc.dataclass
+class Smoother:
+    """What the platform can follow."""
+
+    enabled: bool = True  # If false, a command passes as it is.
+    smoothing: float = 0.2  # alpha: share of the new command taken each period, (0, 1].
+    max_speed: float = 0.5  # Of the base, forward and back [m/s].
+    max_acceleration: float = 1.0  # [m/s^2].
+    max_yaw_rate: float = 1.0  # [rad/s].
+    max_yaw_acceleration: float = 2.0  # [rad/s^2].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless all limits are above zero."""
+        positive(self, "smoothing", "max_speed", "max_acceleration")
+        positive(self, "max_yaw_rate", "max_yaw_acceleration")
+        if self.smoothing > 1:
+            raise ParameterError("smoothing", self.smoothing, "must be at most 1")
+
+
+def smoothed(
+    sent: Scalar, raw: Scalar, smoothing: float, step: float, limit: float
+) -> Scalar:
+    """Returns the next command sent, one component of it.
+
+    Both the filter (eqs. 7, 8) and the rate limit (eqs. 9, 10) start from the command
+    last sent: u_k = sat_limit(u_{k-1} + sat_step(alpha (raw_k - u_{k-1}))).
+
+    Args:
+        sent: command last sent, u_{k-1}.
+        raw: what the controller asks for now.
+        smoothing: alpha, in (0, 1].
+        step: largest change in a period.
+        limit: largest magnitude.
+    """
+    return saturated(sent + saturated(smoothing * (raw - sent), step), limit)
+
+
+@TemplateSystem.define("CommandSmoother_")
+def CommandSmoother_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
+
+    class Impl(LeafSystem_[T]):
+        """Turns a raw base command into one that the platform can follow.
+
+        .. pydrake_system::
+
+            name: CommandSmoother
+            input_ports:
+            - base_command
+            output_ports:
+            - base_sent
+
+        Built as `CommandSmoother(params, period)`: a `Smoother` and the control
+        period [s]. The state is the command last sent; without smoothing there is
+        none. Raises `ParameterError` where a parameter is not valid.
+        """
+
+        def _construct(
+            self, params: Smoother, period: float, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.params = checked(params)
+            self.period = period
+            self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
+            self.sent = self.DeclareVectorOutputPort(
+                signals.BASE_SENT, 2, self._calc_sent
+            )
+            if params.enabled:
+                self.DeclareDiscreteState(2)
+                self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_sent)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.params, other.period, converter=converter)
+
+        def _calc_sent(self, context: Any, output: Any) -> None:
+            raw = self.raw.Eval(context)
+            if not self.params.enabled:
+                output.SetFromVector(raw)
+                return
+            p, last = self.params, context.get_discrete_state_vector()
+            steps = p.max_acceleration, p.max_yaw_acceleration
+            limits = p.max_speed, p.max_yaw_rate
+            output.SetFromVector(
+                np.array(
+                    [
+                        smoothed(
+                            last.GetAtIndex(i),
+                            raw[i],
+                            p.smoothing,
+                            steps[i] * self.period,
+                            limits[i],
+                        )
+                        for i in range(2)
+                    ]
+                )
+            )
+
+        def _keep_sent(self, context: Any, state: Any) -> None:
+            state.get_mutable_vector().SetFromVector(self.sent.Eval(context))
+
+    return Impl
+
+
+CommandSmoother = CommandSmoother_[None]

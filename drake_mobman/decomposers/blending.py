@@ -1,0 +1,60 @@
+"""Authority blended about the workspace's limits (Kwon et al., eqs. 14-16)."""
+
+import dataclasses as dc
+from typing import Any
+
+from pydrake.math import tanh
+
+from drake_mobman.decomposers.decomposer import share_decomposer
+from drake_mobman.decomposers.share import Workspace
+from drake_mobman.parameters import positive
+from drake_mobman.scalars import Scalar, where
+
+
+def blended_share(
+    command: Scalar, x: Scalar, lower: float, upper: float, sharpness: float
+) -> Scalar:
+    """Returns the base's share, in [0, 1], of a command along one coordinate.
+
+    Eqs. 14 and 15, with the second of each pair bracketed as in Algorithm 1.
+
+    Args:
+        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        x: the coordinate that it changes, l [m] or psi [rad].
+        lower: its lower limit.
+        upper: its upper limit.
+        sharpness: alpha [1/m] or beta [1/rad]; the larger, the narrower the transition.
+    """
+    outward = 0.5 * tanh(sharpness * (x - upper)) + 0.5
+    inward = 0.5 - 0.5 * tanh(sharpness * (x - lower))
+    return where(command >= 0, outward, inward)
+
+
+@dc.dataclass
+class Blending:
+    """Authority passes smoothly between arm and base (Kwon, table 1)."""
+
+    alpha: float = 21.0  # Sharpness of the transition in l [1/m].
+    beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless both are above zero."""
+        positive(self, "alpha", "beta")
+
+
+def blending_shares(
+    params: Blending, limits: Workspace, command: Any, workspace: Any
+) -> tuple[Scalar, Scalar]:
+    """Returns the base's shares of `v_c` and `omega_c` (eqs. 14 and 15)."""
+    return (
+        blended_share(
+            command[0], workspace[0], limits.l_min, limits.l_max, params.alpha
+        ),
+        blended_share(
+            command[1], workspace[1], limits.psi_min, limits.psi_max, params.beta
+        ),
+    )
+
+
+BlendingDecomposer_ = share_decomposer("BlendingDecomposer_", blending_shares)
+BlendingDecomposer = BlendingDecomposer_[None]

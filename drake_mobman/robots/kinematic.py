@@ -1,0 +1,108 @@
+"""The robot at fidelity `kinematic`: it does what it is told, by Euler steps."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_mobman import signals
+from drake_mobman.base.unicycle import unicycle_rates
+from drake_mobman.robots.model import BASE_JOINTS
+
+
+@TemplateSystem.define("KinematicRobot_")
+def KinematicRobot_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
+
+    class Impl(LeafSystem_[T]):
+        """A unicycle with an arm on it, integrated by explicit Euler.
+
+        .. pydrake_system::
+
+            name: KinematicRobot
+            input_ports:
+            - base_sent
+            - arm_velocity_command
+            output_ports:
+            - base_pose
+            - base_velocity
+            - arm_position
+            - arm_velocity
+
+        Built as `KinematicRobot(start, period)`: positions at the start (3 + n,), the
+        base's x, y [m], theta [rad] and the arm's joint angles [rad]; and the step
+        [s]. A command that is not finite never gets into the state: it raises
+        `RuntimeError`.
+        """
+
+        def _construct(self, start: Any, period: float, converter: Any = None) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.start = np.array(start, dtype=float)
+            self.period = period
+            n = len(self.start) - BASE_JOINTS
+            self.sent = self.DeclareVectorInputPort(signals.BASE_SENT, 2)
+            self.rates = self.DeclareVectorInputPort(signals.ARM_VELOCITY_COMMAND, n)
+            self.DeclareDiscreteState(np.array([T(x) for x in self.start]))
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
+            state = {self.all_state_ticket()}
+            for name, size, calc, needs in (
+                (signals.BASE_POSE, 3, self._calc_base_pose, state),
+                (
+                    signals.BASE_VELOCITY,
+                    3,
+                    self._calc_base_velocity,
+                    state | {self.input_port_ticket(self.sent.get_index())},
+                ),
+                (signals.ARM_POSITION, n, self._calc_arm_position, state),
+                (
+                    signals.ARM_VELOCITY,
+                    n,
+                    self._calc_arm_velocity,
+                    {self.input_port_ticket(self.rates.get_index())},
+                ),
+            ):
+                self.DeclareVectorOutputPort(
+                    name, size, calc, prerequisites_of_calc=needs
+                )
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.start, other.period, converter=converter)
+
+        def _q(self, context: Any) -> Any:
+            return context.get_discrete_state_vector().CopyToVector()
+
+        def _velocity(self, context: Any) -> tuple[Any, Any]:
+            q = self._q(context)
+            v_b, omega_b = self.sent.Eval(context)
+            return q, np.array(unicycle_rates(q[2], v_b, omega_b))
+
+        def _step(self, context: Any, state: Any) -> None:
+            q, base_rates = self._velocity(context)
+            v = np.concatenate([base_rates, self.rates.Eval(context)])
+            if T is float and not np.isfinite(v).all():
+                raise RuntimeError(
+                    f"the robot is told velocities that are not finite: {v.tolist()}"
+                )
+            state.get_mutable_vector().SetFromVector(q + self.period * v)
+
+        def _calc_base_pose(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self._q(context)[:BASE_JOINTS])
+
+        def _calc_base_velocity(self, context: Any, output: Any) -> None:
+            q, (x, y, theta) = self._velocity(context)
+            ahead_x, ahead_y, _ = unicycle_rates(q[2], 1.0, 0.0)
+            forward = ahead_x * x + ahead_y * y
+            sideways = ahead_x * y - ahead_y * x
+            output.SetFromVector(np.array([forward, sideways, theta]))
+
+        def _calc_arm_position(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self._q(context)[BASE_JOINTS:])
+
+        def _calc_arm_velocity(self, context: Any, output: Any) -> None:
+            output.SetFromVector(self.rates.Eval(context))
+
+    return Impl
+
+
+KinematicRobot = KinematicRobot_[None]

@@ -1,0 +1,94 @@
+"""A robot's URDF loaded by `MultibodyPlant`: frames, limits, kinematics, picture."""
+
+import string
+from importlib import resources
+from typing import Any, Protocol
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable
+
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import JointLimits
+
+BASE_JOINTS = 3
+"""x, y and theta stand first among a robot's positions; the arm's joints follow."""
+
+
+class Robot(Protocol):
+    """What the scenario says of a robot, and what follows from it."""
+
+    def urdf(self) -> str:
+        """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
+
+    def arm(self) -> ArmKinematics:
+        """Returns the arm's kinematics in closed form."""
+
+
+def filled_urdf(name: str, **lengths: float) -> str:
+    """Returns this package's URDF `name` with `lengths` [m] filled in.
+
+    For each length its half is filled in too, as `half_...`: a primitive is placed by
+    its middle.
+    """
+    text = resources.files(__package__).joinpath(f"{name}.urdf").read_text()
+    halves = {f"half_{key}": length / 2 for key, length in lengths.items()}
+    return string.Template(text).substitute(lengths, **halves)
+
+
+class RobotModel:
+    """A robot as a finished `MultibodyPlant` that is asked, not stepped.
+
+    Attributes:
+        plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
+        limits: of the arm's joints, from the URDF.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.plant = MultibodyPlant(0.0)
+        Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
+        self.plant.Finalize()
+        self.limits = joint_limits(self.plant)
+        self._context = self.plant.CreateDefaultContext()
+
+    def set_state(self, q: Any, v: Any) -> None:
+        """Takes positions and velocities of base and arm, (3 + n,) each."""
+        self.plant.SetPositions(self._context, q)
+        self.plant.SetVelocities(self._context, v)
+
+    def p_W(self, link: str) -> Any:
+        """Returns the position (3,) of a link's origin in W [m]."""
+        frame = self.plant.GetFrameByName(link)
+        return frame.CalcPoseInWorld(self._context).translation()
+
+    def v_W(self, link: str) -> Any:
+        """Returns the velocity (3,) of a link's origin in W [m/s]."""
+        frame = self.plant.GetFrameByName(link)
+        return frame.CalcSpatialVelocityInWorld(self._context).translational()
+
+    def manipulability(self) -> float:
+        """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints.
+
+        For an arm with fewer than three joints, sqrt(det(J^T J)).
+        """
+        base = self.plant.GetFrameByName("base")
+        J = self.plant.CalcJacobianTranslationalVelocity(
+            self._context,
+            JacobianWrtVariable.kV,
+            self.plant.GetFrameByName("tee"),
+            np.zeros(3),
+            base,
+            base,
+        )[:, BASE_JOINTS:]
+        gram = J @ J.T if J.shape[1] >= 3 else J.T @ J
+        return float(np.sqrt(max(np.linalg.det(gram), 0.0)))
+
+
+def joint_limits(plant: Any) -> JointLimits:
+    """Returns the limits of the arm's joints of a finished plant."""
+    return JointLimits(
+        lower=plant.GetPositionLowerLimits()[BASE_JOINTS:],
+        upper=plant.GetPositionUpperLimits()[BASE_JOINTS:],
+        velocity=plant.GetVelocityUpperLimits()[BASE_JOINTS:],
+    )

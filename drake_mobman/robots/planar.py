@@ -1,0 +1,37 @@
+"""The planar robot of Kwon et al., table 1."""
+
+import dataclasses as dc
+
+from drake_mobman.arm.planar import PlanarArm
+from drake_mobman.parameters import not_negative, positive
+from drake_mobman.robots.model import filled_urdf
+
+
+@dc.dataclass
+class Planar:
+    """Two links that turn about z, above the base's centre."""
+
+    upper_link: float = 1.0  # From shoulder to elbow [m].
+    lower_link: float = 1.0  # From elbow to tip [m].
+    shoulder_ahead: float = 0.0  # Shoulder ahead of the base's centre, d [m].
+    shoulder_height: float = 0.5  # Shoulder above the floor, l_0 [m].
+
+    def check(self) -> None:
+        """Raises `ParameterError` where a length is not one."""
+        positive(self, "upper_link", "lower_link")
+        not_negative(self, "shoulder_height")
+
+    def urdf(self) -> str:
+        """Returns the robot as URDF."""
+        return filled_urdf(
+            "planar",
+            upper=self.upper_link,
+            lower=self.lower_link,
+            ahead=self.shoulder_ahead,
+            height=self.shoulder_height,
+        )
+
+    def arm(self) -> PlanarArm:
+        """Returns the arm's kinematics in closed form."""
+        p_BS = (self.shoulder_ahead, 0.0, self.shoulder_height)
+        return PlanarArm(self.upper_link, self.lower_link, p_BS)

@@ -1,0 +1,1 @@
+"""Runs: scenarios, simulation, the run folder, metrics and figures."""

@@ -1,0 +1,30 @@
+"""What a law needs to be written once for float, AutoDiffXd and Expression."""
+
+from typing import Any
+
+from pydrake.symbolic import Formula, if_then_else
+
+Scalar = Any
+"""A float, an `AutoDiffXd` or an `Expression`; a law takes any of them."""
+
+
+def where(condition: Any, if_true: Scalar, if_false: Scalar) -> Scalar:
+    """Returns one of two values; both are evaluated, so neither may fail."""
+    if isinstance(condition, Formula):
+        return if_then_else(condition, if_true, if_false)
+    return if_true if condition else if_false
+
+
+def smaller(a: Scalar, b: Scalar) -> Scalar:
+    """Returns the smaller of `a` and `b`; of equals, `a`."""
+    return where(b < a, b, a)
+
+
+def larger(a: Scalar, b: Scalar) -> Scalar:
+    """Returns the larger of `a` and `b`; of equals, `a`."""
+    return where(b > a, b, a)
+
+
+def saturated(x: Scalar, limit: Scalar) -> Scalar:
+    """Returns `x` held within `[-limit, limit]` (Petric & Zlajpah, eq. 11)."""
+    return where(x > limit, limit, where(x < -limit, -limit, x))

@@ -1,0 +1,43 @@
+"""The signals that blocks speak: one name, one order and one unit for each."""
+
+EE_COMMAND = "ee_command"
+"""3: `v_c` [m/s] along the reach S->E, `omega_c` [rad/s] turning it, `v_z` [m/s] up."""
+
+WORKSPACE = "workspace"
+"""3: `l` [m], `psi` [rad], `z` [m], cylindrical coordinates of p_SE in B's axes."""
+
+P_BT = "p_BT"
+"""3: position of the translational end effector T in B [m]."""
+
+BASE_COMMAND = "base_command"
+"""2: `v_b` [m/s] forward, `omega_b` [rad/s]: what a controller wants of the base."""
+
+BASE_SHARE = "base_share"
+"""2: `v_bm` [m/s], `omega_b` [rad/s]: the part of `ee_command` left to the base."""
+
+BASE_SENT = "base_sent"
+"""2: `base_command` after smoothing and limits: what the base gets."""
+
+ARM_COMMAND = "arm_command"
+"""3: `v_m` [m/s], `omega_m` [rad/s], `v_z` [m/s]: rates of `workspace` for the arm."""
+
+ARM_VELOCITY_COMMAND = "arm_velocity_command"
+"""n: joint rates that the arm is to make [rad/s]."""
+
+ARM_POSITION = "arm_position"
+"""n: joint angles [rad]."""
+
+ARM_VELOCITY = "arm_velocity"
+"""n: joint rates [rad/s]."""
+
+BASE_POSE = "base_pose"
+"""3: `x_b`, `y_b` [m], `theta_b` [rad] in W."""
+
+BASE_VELOCITY = "base_velocity"
+"""3: true velocity of B in W, in B's axes: forward, sideways [m/s], yaw [rad/s]."""
+
+GUARD_STATUS = "guard_status"
+"""1: why the guard stops the command, a `GuardStatus`."""
+
+ARM_STATUS = "arm_status"
+"""1: what bounds the arm's rates, a sum of `ArmStatus` flags."""

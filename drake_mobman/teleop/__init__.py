@@ -1,0 +1,1 @@
+"""Where commands come from, and the guard that lets them in."""

@@ -1,0 +1,117 @@
+"""The guard: no command that is not finite and in range gets past it."""
+
+import dataclasses as dc
+import enum
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from pydrake.systems.framework import LeafSystem
+
+from drake_mobman import signals
+from drake_mobman.parameters import checked, not_negative, positive
+from drake_mobman.scalars import saturated
+
+
+class GuardStatus(enum.IntEnum):
+    """Why a command is stopped."""
+
+    OK = 0
+    NOT_FINITE = 1
+    OVER_RANGE = 2
+
+
+@dc.dataclass
+class Guard:
+    """What an operator's command may be (Kwon, table 1), and how it is stopped."""
+
+    max_v_c: float = 0.4  # Largest |v_c| [m/s].
+    max_omega_c: float = 0.4  # Largest |omega_c| [rad/s].
+    max_v_z: float = 0.4  # Largest |v_z| [m/s].
+    stop_time: float = 0.2  # Time to bring the largest command to rest [s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless ranges are above zero, the time >= 0."""
+        positive(self, "max_v_c", "max_omega_c", "max_v_z")
+        not_negative(self, "stop_time")
+
+    @property
+    def largest(self) -> tuple[float, float, float]:
+        """Returns the largest magnitude of each component of `ee_command`."""
+        return self.max_v_c, self.max_omega_c, self.max_v_z
+
+
+def command_status(command: Sequence[float], guard: Guard) -> GuardStatus:
+    """Returns why `command` (3,) may not pass, or OK."""
+    if not all(math.isfinite(c) for c in command):
+        return GuardStatus.NOT_FINITE
+    if any(abs(c) > most for c, most in zip(command, guard.largest, strict=True)):
+        return GuardStatus.OVER_RANGE
+    return GuardStatus.OK
+
+
+def braked(passed: Sequence[float], guard: Guard, period: float) -> list[float]:
+    """Returns the command one `period` [s] further on its way to rest."""
+    if guard.stop_time <= period:
+        return [0.0, 0.0, 0.0]
+    share = period / guard.stop_time
+    return [
+        c - saturated(c, most * share)
+        for c, most in zip(passed, guard.largest, strict=True)
+    ]
+
+
+class CommandGuard(LeafSystem):
+    """Passes a command that is finite and in range, and brakes to rest otherwise.
+
+    .. pydrake_system::
+
+        name: CommandGuard
+        input_ports:
+        - ee_command
+        output_ports:
+        - ee_command
+        - guard_status
+
+    The state is the command last passed. A command that may not pass ends as a stop
+    from there, within `stop_time`; the status says why for as long as it lasts.
+
+    Args:
+        params: what may pass.
+        period: control period [s].
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+
+    def __init__(self, params: Guard, period: float) -> None:
+        super().__init__()
+        self.params = checked(params)
+        self.period = period
+        self.raw = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
+        self.passed = self.DeclareVectorOutputPort(
+            signals.EE_COMMAND, 3, self._calc_passed
+        )
+        self.DeclareVectorOutputPort(
+            signals.GUARD_STATUS,
+            1,
+            self._calc_status,
+            prerequisites_of_calc={self.input_port_ticket(self.raw.get_index())},
+        )
+        self.DeclareDiscreteState(3)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_passed)
+
+    def _calc_passed(self, context: Any, output: Any) -> None:
+        raw = self.raw.Eval(context)
+        if command_status(raw, self.params) == GuardStatus.OK:
+            output.SetFromVector(raw)
+        else:
+            passed = context.get_discrete_state_vector().value()
+            output.SetFromVector(braked(passed, self.params, self.period))
+
+    def _calc_status(self, context: Any, output: Any) -> None:
+        status = command_status(self.raw.Eval(context), self.params)
+        output.SetAtIndex(0, float(status))
+
+    def _keep_passed(self, context: Any, state: Any) -> None:
+        state.get_mutable_vector().SetFromVector(self.passed.Eval(context))

@@ -1,0 +1,111 @@
+"""An operator's command by script: held for a time, or led smoothly to a new value."""
+
+import dataclasses as dc
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from drake_mobman import signals
+from drake_mobman.parameters import ParameterError, checked, positive
+
+
+@dc.dataclass
+class Held:
+    """A command that stays as it is."""
+
+    duration: float = 1.0  # How long [s].
+    v_c: float = 0.0  # Along the reach [m/s].
+    omega_c: float = 0.0  # Turning the reach about z [rad/s].
+    v_z: float = 0.0  # Up [m/s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless the duration is above zero."""
+        positive(self, "duration")
+
+
+@dc.dataclass
+class Smooth:
+    """A command led from where the segment before it ends to a new value.
+
+    By a cubic that starts and ends without slope; its largest slope is 1.5 times the
+    change over the duration.
+    """
+
+    duration: float = 1.0  # How long [s].
+    v_c: float = 0.0  # At the end, along the reach [m/s].
+    omega_c: float = 0.0  # At the end, turning the reach about z [rad/s].
+    v_z: float = 0.0  # At the end, up [m/s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless the duration is above zero."""
+        positive(self, "duration")
+
+
+@dc.dataclass
+class Script:
+    """Segments one after the other, from time 0 and from rest; then rest."""
+
+    segments: list[Held | Smooth] = dc.field(default_factory=list)
+    repeat: int = 1  # How many times the segments are gone through.
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless `repeat` is above zero."""
+        if self.repeat < 1:
+            raise ParameterError("repeat", self.repeat, "must be 1 or more")
+
+
+def script_trajectory(script: Script) -> PiecewisePolynomial:
+    """Returns the commands (3,) over time [s] that `script` describes.
+
+    At the border of two segments the later one counts. After the last one, and where
+    there is none, the command is zero.
+    """
+    end, value = 0.0, [0.0, 0.0, 0.0]
+    pieces = []
+    for segment in script.segments * script.repeat:
+        start, end = end, end + segment.duration
+        target = [segment.v_c, segment.omega_c, segment.v_z]
+        if isinstance(segment, Smooth):
+            knots = [[a, b] for a, b in zip(value, target, strict=True)]
+            flat = [[0.0, 0.0]] * 3
+            pieces.append(PiecewisePolynomial.CubicHermite([start, end], knots, flat))
+        else:
+            knots = [[c, c] for c in target]
+            pieces.append(PiecewisePolynomial.ZeroOrderHold([start, end], knots))
+        value = target
+    # Rest stands after the script as a piece of its own, so that the value at the
+    # script's very end is that of rest too.
+    pieces.append(
+        PiecewisePolynomial.ZeroOrderHold([end, end + 1.0], [[0.0, 0.0]] * 3)
+    )
+    trajectory = pieces[0]
+    for piece in pieces[1:]:
+        trajectory.ConcatenateInTime(piece)
+    return trajectory
+
+
+class ScriptedSource(Diagram):
+    """Puts out the commands of a script.
+
+    .. pydrake_system::
+
+        name: ScriptedSource
+        output_ports:
+        - ee_command
+
+    Args:
+        script: what to command when.
+
+    Raises:
+        ParameterError: where a segment is not valid.
+    """
+
+    def __init__(self, script: Script) -> None:
+        super().__init__()
+        builder = DiagramBuilder()
+        source = builder.AddNamedSystem(
+            "trajectory", TrajectorySource(script_trajectory(checked(script)))
+        )
+        builder.ExportOutput(source.get_output_port(), signals.EE_COMMAND)
+        builder.BuildInto(self)

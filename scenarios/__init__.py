@@ -1,0 +1,1 @@
+"""Scenarios that `mobman list` knows: a YAML file each."""
