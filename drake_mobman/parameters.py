@@ -2,8 +2,13 @@
 
 import dataclasses as dc
 import math
+import reprlib
 from collections.abc import Iterator
 from typing import Any
+
+_SHORT = reprlib.Repr()
+"""Shortens what is quoted in messages: a whole file may have been given for a number."""
+_SHORT.maxstring = _SHORT.maxother = 60
 
 
 class ParameterError(ValueError):
@@ -16,7 +21,7 @@ class ParameterError(ValueError):
     """
 
     def __init__(self, key: str, value: object, valid: str) -> None:
-        super().__init__(f"{key}: {value!r} is not valid; {valid}")
+        super().__init__(f"{key}: {_SHORT.repr(value)} is not valid; {valid}")
         self.key = key
         self.value = value
         self.valid = valid

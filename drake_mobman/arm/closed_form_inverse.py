@@ -23,8 +23,10 @@ def rates_by_positions(
     Returns:
         The rates (n,) [rad/s], and the `ArmStatus` flags.
     """
-    target = [x + rate * period for x, rate in zip(arm.workspace(q), command)]
-    rates = [(new - old) / period for new, old in zip(arm.inverse(target), q)]
+    now = arm.workspace(q)
+    target = [x + rate * period for x, rate in zip(now, command, strict=True)]
+    moves = zip(q, arm.inverse(target), strict=True)
+    rates = [(after - before) / period for before, after in moves]
     return rates, where(arm.is_in_reach(target), 0.0, float(ArmStatus.OUT_OF_REACH))
 
 
@@ -74,10 +76,17 @@ def ClosedFormInverse_(T: Any) -> Any:
             n = arm.joints
             self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
             self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
+            # Said outright, or Drake finds out what depends on what by Expressions.
+            needs = {self.all_input_ports_ticket()}
             self.DeclareVectorOutputPort(
-                signals.ARM_VELOCITY_COMMAND, n, self._calc_rates
+                signals.ARM_VELOCITY_COMMAND,
+                n,
+                self._calc_rates,
+                prerequisites_of_calc=needs,
             )
-            self.DeclareVectorOutputPort(signals.ARM_STATUS, 1, self._calc_status)
+            self.DeclareVectorOutputPort(
+                signals.ARM_STATUS, 1, self._calc_status, prerequisites_of_calc=needs
+            )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(
@@ -103,7 +112,7 @@ def ClosedFormInverse_(T: Any) -> Any:
             output.SetFromVector(np.array(self._bounded(context)[0]))
 
         def _calc_status(self, context: Any, output: Any) -> None:
-            output.SetAtIndex(0, T(self._bounded(context)[1]))
+            output.SetFromVector(np.array([self._bounded(context)[1]]))
 
     return Impl
 

@@ -6,13 +6,15 @@ from drake_mobman.scalars import Scalar
 
 
 class ArmKinematics(Protocol):
-    """An arm in closed form, for any scalar; all angles in rad, lengths in m.
+    """An arm in closed form, for any scalar; all angles in rad, lengths in m."""
 
-    Attributes:
-        joints: number of joints n.
-    """
+    @property
+    def joints(self) -> int:
+        """Returns n."""
 
-    joints: int
+    @property
+    def p_BS(self) -> tuple[float, float, float]:
+        """Returns the shoulder's position in B."""
 
     def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the end effector E for joint angles `q` (n,)."""

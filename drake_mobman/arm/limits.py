@@ -10,6 +10,9 @@ from drake_mobman.scalars import Scalar, larger, smaller, where
 _SLACK = 1e-9
 """How far past its limit a joint may be pushed [rad]: rounding must not lock it."""
 
+_CREEP = 1e-12
+"""Stands for no room at all [rad/s], so that nothing is divided by zero."""
+
 
 class ArmStatus(enum.IntFlag):
     """What keeps the arm from making the rates it is asked for."""
@@ -53,10 +56,10 @@ def bounded_rates(
     for rate, angle, low, high, fastest in zip(
         rates, q, limits.lower, limits.upper, limits.velocity, strict=True
     ):
-        by_rate = smaller(by_rate, _factor(rate, -fastest, fastest))
-        room_up = larger((high + _SLACK - angle) / period, 0.0)
-        room_down = smaller((low - _SLACK - angle) / period, 0.0)
-        by_limit = smaller(by_limit, _factor(rate, room_down, room_up))
+        speed = abs(rate)
+        room = where(rate > 0, high - angle, angle - low) + _SLACK
+        by_rate = smaller(by_rate, _factor(speed, fastest))
+        by_limit = smaller(by_limit, _factor(speed, larger(room / period, _CREEP)))
     factor = smaller(by_rate, by_limit)
     status = where(by_rate < 1, float(ArmStatus.JOINT_RATE), 0.0) + where(
         by_limit < 1, float(ArmStatus.JOINT_LIMIT), 0.0
@@ -64,12 +67,6 @@ def bounded_rates(
     return [factor * rate for rate in rates], status
 
 
-def _factor(rate: Scalar, low: Scalar, high: Scalar) -> Scalar:
-    """Returns the largest factor in [0, 1] that brings `rate` into [low, high]."""
-    over, under = rate > high, rate < low
-    # A rate that is not over its bound divides nothing: 1 stands in for it.
-    return where(
-        over,
-        high / where(over, rate, 1.0),
-        where(under, low / where(under, rate, 1.0), 1.0),
-    )
+def _factor(speed: Scalar, bound: Scalar) -> Scalar:
+    """Returns the largest factor in [0, 1] that brings `speed` within `bound` > 0."""
+    return bound / larger(speed, bound)

@@ -44,9 +44,7 @@ class SpatialArm:
     def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
         """Returns the rates of all joints; the wrist pitches against the arm."""
         v_l, v_psi, v_z = workspace_rates
-        shoulder, elbow = two_link.rates(
-            q[1], q[2], v_l, v_z, self.upper, self.lower
-        )
+        shoulder, elbow = two_link.rates(q[1], q[2], v_l, v_z, self.upper, self.lower)
         return [v_psi, shoulder, elbow, 0.0 * v_psi, -(shoulder + elbow), 0.0 * v_psi]
 
     def is_near_singular(self, q: Any) -> Scalar:

@@ -35,8 +35,13 @@ def WorkspaceSensor_(T: Any) -> Any:
             self.position = self.DeclareVectorInputPort(
                 signals.ARM_POSITION, arm.joints
             )
-            self.DeclareVectorOutputPort(signals.WORKSPACE, 3, self._calc_workspace)
-            self.DeclareVectorOutputPort(signals.P_BT, 3, self._calc_p_BT)
+            needs = {self.all_input_ports_ticket()}
+            self.DeclareVectorOutputPort(
+                signals.WORKSPACE, 3, self._calc_workspace, prerequisites_of_calc=needs
+            )
+            self.DeclareVectorOutputPort(
+                signals.P_BT, 3, self._calc_p_BT, prerequisites_of_calc=needs
+            )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(self, other.arm, converter=converter)

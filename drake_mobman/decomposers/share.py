@@ -6,7 +6,7 @@ Kwon et al., eqs. 10-11 and fig. 4.
 import dataclasses as dc
 import math
 
-from pydrake.math import abs, cos, exp
+from pydrake.math import cos, exp
 
 from drake_mobman.parameters import in_order, not_negative, positive
 from drake_mobman.scalars import Scalar

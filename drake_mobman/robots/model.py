@@ -42,13 +42,17 @@ class RobotModel:
 
     Attributes:
         plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
-        limits: of the arm's joints, from the URDF.
+        arm_joints: names of the arm's joints.
+        limits: of these, from the URDF.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.plant = MultibodyPlant(0.0)
         Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
         self.plant.Finalize()
+        joints = [self.plant.get_joint(i) for i in self.plant.GetJointIndices()]
+        moving = [joint.name() for joint in joints if joint.num_positions()]
+        self.arm_joints = moving[BASE_JOINTS:]
         self.limits = joint_limits(self.plant)
         self._context = self.plant.CreateDefaultContext()
 

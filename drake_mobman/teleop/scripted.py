@@ -76,9 +76,7 @@ def script_trajectory(script: Script) -> PiecewisePolynomial:
         value = target
     # Rest stands after the script as a piece of its own, so that the value at the
     # script's very end is that of rest too.
-    pieces.append(
-        PiecewisePolynomial.ZeroOrderHold([end, end + 1.0], [[0.0, 0.0]] * 3)
-    )
+    pieces.append(PiecewisePolynomial.ZeroOrderHold([end, end + 1.0], [[0.0, 0.0]] * 3))
     trajectory = pieces[0]
     for piece in pieces[1:]:
         trajectory.ConcatenateInTime(piece)

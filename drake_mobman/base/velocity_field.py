@@ -1,0 +1,245 @@
+"""The base follows the hand by a velocity field about itself.
+
+Petric & Zlajpah, eqs. 1-6, as printed but for the sign of d_r, or projected.
+"""
+
+import dataclasses as dc
+import enum
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.math import atan2, cos, sqrt
+from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_mobman import signals
+from drake_mobman.parameters import (
+    ParameterError,
+    checked,
+    in_order,
+    not_negative,
+    one_of,
+    positive,
+)
+from drake_mobman.scalars import Scalar, larger, smaller, where
+
+FIELD_ZONE = "field_zone"
+"""1: what the field asks for at `p_BT`, a sum of `Zone` flags."""
+
+
+class Zone(enum.IntFlag):
+    """What the field asks of the base (fig. 1)."""
+
+    PASSIVE = 0
+    FORWARD = 1
+    """The hand is near the end of its reach: the base comes after it."""
+    RETREAT = 2
+    """The hand is near the body: the base gives way."""
+    ROTATION = 4
+    """The hand is off to one side: the base turns towards it."""
+
+
+@dc.dataclass(frozen=True)
+class Reach:
+    """The arm as the field sees it, told from the robot's model.
+
+    The paper's centre c = (0, 0, l_0) stands on B's z axis. Where the shoulder stands
+    `ahead` of it, so does c; phi stays the bearing of T from B, about which the base
+    turns. Taken from c, it would have the base circle round a hand between the two.
+    """
+
+    l_0: float  # Height of the shoulder above the floor [m].
+    r_f: float  # Largest distance of T from the shoulder, l_1 + l_2 [m].
+    ahead: float = 0.0  # Of the shoulder from B's z axis, forward [m].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless the arm reaches anywhere."""
+        positive(self, "r_f")
+
+
+@dc.dataclass
+class VelocityField:
+    """Gains and thresholds; the paper gives none.
+
+    The defaults are for a Franka arm (r_f = 0.7 m) on a TIAGo base (0.27 m in radius)
+    that follows a hand of 0.35 m/s and is sent at most 0.5 m/s and 1 rad/s.
+    """
+
+    # As printed, "forward" drives away from a hand that is behind the base.
+    law: str = "projected"  # `projected`: v times cos(phi); or `printed`.
+    # A hand of 0.35 m/s goes 9 cm into a zone before the base keeps pace, which is
+    # less than either is wide; and the loop with the smoother's lag of about 0.05 s
+    # does not overshoot below 1 / (4 x 0.05 s) = 5.
+    K_f: float = 4.0  # Forward speed per depth in the forward zone [1/s].
+    K_r: float = 4.0  # Backward speed per depth in the retreat zone [1/s].
+    # As fast as the base may turn: a hand that goes sideways at 0.35 m/s and 0.4 m
+    # from the base turns its bearing by 0.9 rad/s.
+    K_omega: float = 1.0  # Yaw rate at phi_max and beyond [rad/s].
+    # Full speed is reached 2.5 cm before the arm is stretched and loses a direction.
+    Delta_f: float = 0.15  # Width of the forward zone, inwards from r_f [m].
+    # Leaves 15 cm between the zones where the arm moves and the base rests.
+    Delta_r: float = 0.1  # Width of the retreat zone, outwards from b_d [m].
+    # The base's radius and three centimetres for the wrist.
+    b_d: float = 0.3  # Radius of the capsule that the hand is to stay out of [m].
+    # Work 10 cm to either side, half a metre ahead, does not turn the base.
+    phi_min: float = 0.2  # Heading error from which the base turns [rad].
+    # Wide enough for the rise of omega, 1.5 K_omega / 0.4 rad, to stay below 5 too.
+    phi_max: float = 0.6  # Heading error from which it turns at K_omega [rad].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless gains, widths and angles make a field."""
+        one_of(self, "law", ("printed", "projected"))
+        not_negative(self, "K_f", "K_r", "K_omega", "phi_min")
+        positive(self, "Delta_f", "Delta_r", "b_d")
+        in_order(self, "phi_min", "phi_max")
+        if self.phi_max > math.pi:
+            raise ParameterError("phi_max", self.phi_max, "must be at most pi")
+
+
+def check_zones(params: VelocityField, reach: Reach) -> None:
+    """Raises `ParameterError` unless there is a passive zone between the other two.
+
+    At the shoulder's height, that is. Well below it, where the capsule is a cylinder
+    and the reach still a sphere, they meet all the same, and v jumps from one to the
+    other.
+    """
+    within, room = "r_f", reach.r_f
+    for key in ("Delta_f", "b_d", "Delta_r"):
+        value = getattr(params, key)
+        if not value < room:
+            valid = f"must be below {within} = {room:.6g} to leave a passive zone"
+            raise ParameterError(key, value, valid)
+        within, room = f"{within} - {key}", room - value
+
+
+def signed_distances(p_BT: Any, reach: Reach, capsule: float) -> tuple[Scalar, Scalar]:
+    """Returns d_f and d_r [m]: what is left of the reach, and to the body.
+
+    Eqs. 1-3. d_r is the distance less b_d; printed as its negative, it would have the
+    base flee from a hand that is far away.
+
+    Args:
+        p_BT: position of T in B (3,) [m].
+        reach: of the arm.
+        capsule: its radius b_d [m].
+    """
+    x, y, z = p_BT[0] - reach.ahead, p_BT[1], p_BT[2] - reach.l_0
+    level = x * x + y * y
+    distance = sqrt(level + z * z)
+    return reach.r_f - distance, where(z > 0, distance, sqrt(level)) - capsule
+
+
+def linear_velocity(d_f: Scalar, d_r: Scalar, params: VelocityField) -> Scalar:
+    """Returns v [m/s] as printed (eq. 4), from the signed distances [m]."""
+    # Not a plain 0: a position that is not a number must not pass for a command.
+    passive = 0.0 * d_f
+    forward = where(d_f < params.Delta_f, params.K_f * (params.Delta_f - d_f), passive)
+    backward = -params.K_r * (params.Delta_r - d_r)
+    return where(d_r < params.Delta_r, backward, forward)
+
+
+def activation(error: Scalar, lower: float, upper: float) -> Scalar:
+    """Returns gamma (eq. 6): it rises smoothly from 0 at `lower` to 1 at `upper`."""
+    s = larger(smaller((error - lower) / (upper - lower), 1.0), 0.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+def yaw_rate(phi: Scalar, params: VelocityField) -> Scalar:
+    """Returns omega [rad/s] (eq. 5) at the heading error `phi` [rad]."""
+    gamma = activation(larger(phi, -phi), params.phi_min, params.phi_max)
+    return params.K_omega * where(phi < 0, -gamma, gamma)
+
+
+def field_velocity(
+    p_BT: Any, params: VelocityField, reach: Reach
+) -> tuple[Scalar, Scalar]:
+    """Returns v [m/s] and omega [rad/s] that the field asks for at `p_BT` (3,) [m].
+
+    Projected, v is multiplied by cos(phi), so that the base neither leaves a hand that
+    is far nor closes in on one that is near, wherever it is (exact for `ahead` = 0).
+    """
+    phi = atan2(p_BT[1], p_BT[0])
+    v = linear_velocity(*signed_distances(p_BT, reach, params.b_d), params)
+    if params.law == "projected":
+        v = v * cos(phi)
+    return v, yaw_rate(phi, params)
+
+
+def field_zone(p_BT: Any, params: VelocityField, reach: Reach) -> Scalar:
+    """Returns the sum of the `Zone` flags that hold at `p_BT` (3,) [m]."""
+    d_f, d_r = signed_distances(p_BT, reach, params.b_d)
+    phi = atan2(p_BT[1], p_BT[0])
+    forward = where(d_f < params.Delta_f, float(Zone.FORWARD), 0.0)
+    linear = where(d_r < params.Delta_r, float(Zone.RETREAT), forward)
+    aside = where(larger(phi, -phi) > params.phi_min, float(Zone.ROTATION), 0.0)
+    return linear + aside
+
+
+def field_on(points: Any, params: VelocityField, reach: Reach) -> tuple[Any, Any, Any]:
+    """Returns v, omega and zone on many points, for figures.
+
+    Args:
+        points: positions of T in B (..., 3) [m]; each result is (...).
+        params: of the field.
+        reach: of the arm.
+    """
+    points = np.asarray(points, dtype=float)
+    # Python's own floats, which take half the time of numpy's.
+    rows = points.reshape(-1, 3).tolist()
+    values = [
+        (*field_velocity(p, params, reach), field_zone(p, params, reach)) for p in rows
+    ]
+    v, omega, zone = np.array(values).T.reshape(3, *points.shape[:-1])
+    return v, omega, zone.astype(int)
+
+
+@TemplateSystem.define("VelocityFieldController_")
+def VelocityFieldController_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
+
+    class Impl(LeafSystem_[T]):
+        """Drives the base by where the hand is, and by nothing else.
+
+        .. pydrake_system::
+
+            name: VelocityFieldController
+            input_ports:
+            - p_BT
+            output_ports:
+            - base_command
+            - field_zone
+
+        Built as `VelocityFieldController(params, reach)`: a `VelocityField` and the
+        arm's `Reach`. Raises `ParameterError` where a parameter is not valid, or the
+        two zones leave nothing between them.
+        """
+
+        def _construct(
+            self, params: VelocityField, reach: Reach, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.params = checked(params)
+            self.reach = checked(reach)
+            check_zones(params, reach)
+            self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
+            self.DeclareVectorOutputPort(signals.BASE_COMMAND, 2, self._calc_base)
+            self.DeclareVectorOutputPort(FIELD_ZONE, 1, self._calc_zone)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.params, other.reach, converter=converter)
+
+        def _calc_base(self, context: Any, output: Any) -> None:
+            p_BT = self.p_BT.Eval(context)
+            output.SetFromVector(
+                np.array(field_velocity(p_BT, self.params, self.reach))
+            )
+
+        def _calc_zone(self, context: Any, output: Any) -> None:
+            p_BT = self.p_BT.Eval(context)
+            output.SetFromVector(np.array([field_zone(p_BT, self.params, self.reach)]))
+
+    return Impl
+
+
+VelocityFieldController = VelocityFieldController_[None]

@@ -1,0 +1,99 @@
+"""What the hand and the base truly did, worked out from a log."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from drake_mobman import signals
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.robots.model import Robot, RobotModel
+from drake_mobman.runs.log import Log
+
+
+@dc.dataclass(frozen=True)
+class HandMotion:
+    """The hand's motion in W at each of N samples, in the plane.
+
+    Radial is along the reach S->E, tangential across it, to the left.
+    """
+
+    position: np.ndarray  # x, y of E in W (N, 2) [m].
+    axes: np.ndarray  # Angle of the reach in W (N,) [rad].
+    velocity: np.ndarray  # True velocity: radial, tangential (N, 2) [m/s].
+    commanded: np.ndarray  # Commanded velocity: v_c, l omega_c (N, 2) [m/s].
+
+    @property
+    def error(self) -> np.ndarray:
+        """Returns the true velocity less the commanded one (N, 2) [m/s]."""
+        return self.velocity - self.commanded
+
+    def drift(self, period: float) -> np.ndarray:
+        """Returns how far E is from where the commanded velocity leads (N,) [m].
+
+        The commanded velocity is integrated from the start by Euler steps [s], as the
+        robot is.
+        """
+        radial, tangential = self.commanded.T
+        c, s = np.cos(self.axes), np.sin(self.axes)
+        v_W = np.stack([radial * c - tangential * s, radial * s + tangential * c], 1)
+        led = np.cumsum(period * v_W[:-1], axis=0)
+        gone = self.position - self.position[0]
+        return np.linalg.norm(gone - np.vstack([np.zeros(2), led]), axis=1)
+
+
+def hand_motion(log: Log, robot: Robot, period: float) -> HandMotion:
+    """Returns the hand's motion in a log.
+
+    Args:
+        log: as `read_log` returns it.
+        robot: that moved.
+        period: the robot's Euler step [s].
+    """
+    l, psi = log[signals.WORKSPACE][:, 0], log[signals.WORKSPACE][:, 1]
+    x, y, theta = log[signals.BASE_POSE].T
+    forward, sideways, omega = log[signals.BASE_VELOCITY].T
+    d = robot.arm().p_BS[0]
+    rates = workspace_rates(log, robot.arm(), period)
+    c, s = np.cos(psi), np.sin(psi)
+    # The shoulder's velocity, in B's axes, carries the arm.
+    left = sideways + omega * d
+    radial = rates[:, 0] + forward * c + left * s
+    tangential = l * (rates[:, 1] + omega) - forward * s + left * c
+    axes = theta + psi
+    position = np.stack(
+        [
+            x + d * np.cos(theta) + l * np.cos(axes),
+            y + d * np.sin(theta) + l * np.sin(axes),
+        ],
+        1,
+    )
+    v_c, omega_c, _ = log[signals.EE_COMMAND].T
+    return HandMotion(
+        position=position,
+        axes=axes,
+        velocity=np.stack([radial, tangential], 1),
+        commanded=np.stack([v_c, l * omega_c], 1),
+    )
+
+
+def workspace_rates(log: Log, arm: ArmKinematics, period: float) -> np.ndarray:
+    """Returns the rates of `workspace` that the arm truly made (N, 3).
+
+    At fidelity `kinematic` the joints go straight for a whole Euler step, so these
+    are mean rates over the step.
+    """
+    now = log[signals.WORKSPACE]
+    after = log[signals.ARM_POSITION] + period * log[signals.ARM_VELOCITY]
+    return (np.array([arm.workspace(q) for q in after]) - now) / period
+
+
+def manipulability(log: Log, robot: Robot) -> np.ndarray:
+    """Returns sqrt(det(J J^T)) of T at each sample (N,)."""
+    model = RobotModel(robot)
+    q = np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
+    still = np.zeros(q.shape[1])
+    values = []
+    for sample in q:
+        model.set_state(sample, still)
+        values.append(model.manipulability())
+    return np.array(values)

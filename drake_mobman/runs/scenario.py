@@ -1,0 +1,141 @@
+"""What a scenario says, and where it is read from.
+
+Layers, later over earlier: the defaults below, the scenario's file, overrides given as
+`key.path=value`.
+"""
+
+import dataclasses as dc
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.share import Projection, Workspace
+from drake_mobman.decomposers.switching import Switching
+from drake_mobman.parameters import ParameterError, one_of, positive
+from drake_mobman.robots.model import RobotModel
+from drake_mobman.robots.planar import Planar
+from drake_mobman.robots.spatial import Spatial
+from drake_mobman.runs.schema import load_typed, load_yaml, with_override
+from drake_mobman.teleop.guard import Guard
+from drake_mobman.teleop.scripted import Script
+
+
+@dc.dataclass
+class Start:
+    """Where base and hand are at time 0."""
+
+    l: float = 1.0  # Reach of the hand from the shoulder's axis [m].
+    psi: float = 0.0  # Angle of the reach in the base's axes [rad].
+    z: float = 0.0  # Height of the hand above the shoulder [m].
+    x: float = 0.0  # Base in W [m].
+    y: float = 0.0  # Base in W [m].
+    theta: float = 0.0  # Heading of the base in W [rad].
+
+
+@dc.dataclass
+class External:
+    """The diagram's input port `ee_command` is left to a program."""
+
+
+@dc.dataclass
+class Scenario:
+    """A robot, its controller, where it starts, and what the operator does."""
+
+    description: str = ""  # One line for `mobman list`.
+    duration: float = 16.0  # How long [s].
+    period: float = 0.01  # Control period; at `kinematic` the Euler step too [s].
+    fidelity: str = "kinematic"  # Of the robot.
+    robot: Planar | Spatial = dc.field(default_factory=Planar)
+    start: Start = dc.field(default_factory=Start)
+    source: Script | External = dc.field(default_factory=Script)
+    guard: Guard = dc.field(default_factory=Guard)
+    workspace: Workspace = dc.field(default_factory=Workspace)
+    decomposer: Blending | Switching = dc.field(default_factory=Blending)
+    projection: Projection = dc.field(default_factory=Projection)
+    smoother: Smoother = dc.field(default_factory=lambda: Smoother(enabled=False))
+    inverse: str = "positions"  # Of the arm: "positions" or "rates".
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless it can be run."""
+        positive(self, "period", "duration")
+        if self.duration < self.period:
+            raise ParameterError(
+                "duration", self.duration, f"must be at least period = {self.period!r}"
+            )
+        one_of(self, "fidelity", ("kinematic",))
+        one_of(self, "inverse", ("positions", "rates"))
+        self.start_position(RobotModel(self.robot))
+
+    def start_position(self, model: RobotModel) -> list[float]:
+        """Returns the positions (3 + n,) of base and arm at the start.
+
+        Raises:
+            ParameterError: where the arm does not reach the start.
+        """
+        at = self.start
+        arm = self.robot.arm()
+        hand = (at.l, at.psi, at.z)
+        q = arm.inverse(hand)
+        nearest = arm.workspace(q)
+        # An arm that is out of reach stands at the nearest point that it reaches.
+        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > 1e-9:
+            l, psi, z = (round(x, 4) + 0.0 for x in nearest)
+            valid = f"out of reach; the nearest is l = {l}, psi = {psi}, z = {z}"
+            named = dict(zip(("l", "psi", "z"), hand, strict=True))
+            raise ParameterError("start", named, valid)
+        for name, angle, low, high in zip(
+            model.arm_joints, q, model.limits.lower, model.limits.upper, strict=True
+        ):
+            if not low <= angle <= high:
+                valid = f"must keep joint {name} within [{low:g}, {high:g}] rad"
+                raise ParameterError("start", f"{name} = {angle:.4g} rad", valid)
+        return [at.x, at.y, at.theta, *q]
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be run; the message is one line."""
+
+
+def scenario_paths() -> dict[str, Path]:
+    """Returns the scenarios that come with the package, by name."""
+    folder = Path(str(resources.files("drake_mobman.scenarios")))
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, Scenario]:
+    """Returns a scenario and the name of its run folder.
+
+    Args:
+        name: one of `scenario_paths`, or a path. The `scenario.yaml` of a run folder
+            goes by the folder's name.
+        overrides: `key.path=value` each.
+
+    Raises:
+        ScenarioError: says in one line what is wrong, where, and what is valid.
+    """
+    known = scenario_paths()
+    path = known.get(name, Path(name))
+    if name not in known and not path.is_file():
+        raise ScenarioError(
+            f"{name}: no such scenario; valid names are {', '.join(known)}, or a path"
+        )
+    label = path.name
+    try:
+        data = load_yaml(path.read_text())
+        data = {} if data is None else data
+        for override in overrides:
+            label = "--set"
+            key, equals, value = override.partition("=")
+            if not equals or not key:
+                raise ParameterError("override", override, "must be key.path=value")
+            data = with_override(data, key, load_yaml(value))
+        label = f"{path.name} with --set" if overrides else path.name
+        scenario = load_typed(Scenario, data)
+    except ParameterError as error:
+        raise ScenarioError(f"{label}: {error}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{name}: cannot be read; {error}") from None
+    stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
+    return stem, scenario

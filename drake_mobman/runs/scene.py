@@ -1,0 +1,74 @@
+"""The motion in 3D, as a page that opens by itself in a browser."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import (
+    Meshcat,
+    MeshcatParams,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+    SceneGraph,
+)
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
+from pydrake.trajectories import PiecewisePolynomial
+
+from drake_mobman import signals
+from drake_mobman.runs.motion import hand_motion
+from drake_mobman.runs.simulate import Run
+
+_FRAME_RATE = 32.0
+"""Pictures a second; a power of two, so that their times carry no rounding."""
+
+
+def write_scene(run: Run, file: Path) -> None:
+    """Plays a run's log back into Meshcat, and writes the recording to `file`."""
+    log, robot = run.log, run.scenario.robot
+    times = log["time"]
+    if len(times) < 2:
+        return
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    plant = MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
+    plant.Finalize()
+    q = np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
+    source = builder.AddSystem(
+        TrajectorySource(PiecewisePolynomial.FirstOrderHold(times, q.T))
+    )
+    poses = builder.AddSystem(MultibodyPositionToGeometryPose(plant))
+    builder.Connect(source.get_output_port(), poses.get_input_port())
+    builder.Connect(
+        poses.get_output_port(),
+        scene_graph.get_source_pose_port(plant.get_source_id()),
+    )
+    # On this machine alone, and without a word of it: nothing is served to others.
+    logging.getLogger("drake").setLevel(logging.WARNING)
+    meshcat = Meshcat(MeshcatParams(host="localhost"))
+    MeshcatVisualizer.AddToBuilder(
+        builder,
+        scene_graph,
+        meshcat,
+        MeshcatVisualizerParams(publish_period=1 / _FRAME_RATE),
+    )
+    path = hand_motion(log, robot, run.scenario.period).position
+    height = np.full(len(path), 0.005)
+    meshcat.SetLine("hand_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75))
+    base = np.vstack([log[signals.BASE_POSE][:, :2].T, height])
+    meshcat.SetLine("base_path", base, 3, Rgba(0.5, 0.5, 0.5))
+    target = np.array([*q[len(q) // 2, :2], 0.5])
+    meshcat.SetCameraPose(target + np.array([-2.5, -3.5, 2.5]), target)
+
+    simulator = Simulator(builder.Build())
+    meshcat.StartRecording(frames_per_second=_FRAME_RATE)
+    simulator.AdvanceTo(float(times[-1]))
+    meshcat.PublishRecording()
+    file.write_text(meshcat.StaticHtml())

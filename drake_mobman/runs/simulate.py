@@ -1,0 +1,110 @@
+"""Runs a scenario headless, and times its control tick."""
+
+import dataclasses as dc
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from drake_mobman import signals
+from drake_mobman.diagrams.teleop import make_teleop_diagram
+from drake_mobman.runs.log import Log, read_log, until_not_finite
+from drake_mobman.runs.scenario import Scenario
+
+_CHUNK = 10
+"""Control periods between two looks at progress and at the state's finiteness."""
+
+
+@dc.dataclass
+class Run:
+    """What came of a scenario."""
+
+    scenario: Scenario
+    log: Log  # All of it, or up to where the run died.
+    wall_time: float  # Of the simulation, logging included [s].
+    tick_times: np.ndarray  # Of control ticks, in order [s].
+    died: str = ""  # When and why, in one line; empty for a run that went through.
+    interrupted: bool = False  # Whether the user ended it.
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    decomposer: Callable[[], Any] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Returns the run of a scenario from its start to its end, or to where it died.
+
+    Args:
+        scenario: checked, as `load_scenario` returns it.
+        decomposer: makes a block to use instead of the scenario's decomposer.
+        progress: told the time simulated so far [s], now and then.
+    """
+    make = decomposer or (lambda: None)
+    diagram = make_teleop_diagram(scenario, decomposer=make())
+    simulator = Simulator(diagram)
+    context = simulator.get_context()
+    died, interrupted = "", False
+    start = time.perf_counter()
+    try:
+        simulator.Initialize()
+        for end in _chunk_ends(scenario):
+            simulator.AdvanceTo(end)
+            _check_finite(diagram, context)
+            if progress:
+                progress(end)
+    except KeyboardInterrupt:
+        died, interrupted = f"interrupted at t = {context.get_time():g} s", True
+    except (RuntimeError, ArithmeticError, ValueError) as error:
+        reason = str(error).strip().splitlines()[0]
+        died = f"died at t = {context.get_time():g} s: {reason}"
+    wall_time = time.perf_counter() - start
+    log = until_not_finite(read_log(diagram, context))
+    ticks = np.zeros(0) if died else _tick_times(scenario, make())
+    return Run(scenario, log, wall_time, ticks, died, interrupted)
+
+
+def _chunk_ends(scenario: Scenario) -> list[float]:
+    """Returns times to advance to: whole periods, then the end [s]."""
+    periods = round(scenario.duration / scenario.period)
+    ends = [k * scenario.period for k in range(_CHUNK, periods, _CHUNK)]
+    return [*(end for end in ends if end < scenario.duration), scenario.duration]
+
+
+def _check_finite(diagram: Any, context: Any) -> None:
+    for name in (signals.BASE_POSE, signals.ARM_POSITION):
+        if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
+            raise ArithmeticError(f"{name} is not finite any more")
+
+
+def _tick_times(scenario: Scenario, decomposer: Any, most: int = 1000) -> np.ndarray:
+    """Returns how long each of the first control ticks takes [s].
+
+    A tick goes from reading the command to the joint and base commands: guard,
+    decomposer, smoother and arm. It is timed in a run of its own, without loggers,
+    which would have had all signals evaluated before the clock starts.
+    """
+    diagram = make_teleop_diagram(scenario, decomposer=decomposer, logged=False)
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    context = simulator.get_context()
+    given = [
+        diagram.GetOutputPort(name)
+        for name in (f"source.{signals.EE_COMMAND}", signals.WORKSPACE)
+    ]
+    wanted = [
+        diagram.GetOutputPort(name)
+        for name in (signals.BASE_SENT, signals.ARM_VELOCITY_COMMAND)
+    ]
+    times = []
+    for k in range(min(most, round(scenario.duration / scenario.period))):
+        simulator.AdvanceTo(k * scenario.period)
+        for port in given:
+            port.Eval(context)
+        start = time.perf_counter()
+        for port in wanted:
+            port.Eval(context)
+        times.append(time.perf_counter() - start)
+    return np.array(times)

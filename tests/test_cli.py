@@ -1,0 +1,295 @@
+"""The command line: what it writes, what it refuses, and how it ends."""
+
+import json
+import os
+import pty
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drake_mobman.cli import app
+
+MOBMAN = [sys.executable, "-m", "drake_mobman.cli"]
+QUICK = ["--no-figures", "--set", "duration=0.5"]
+
+
+def mobman(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def refused(*arguments):
+    """Returns the one line by which the command refuses."""
+    result = mobman(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+def files_in(folder):
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
+
+
+def test_list_names_every_scenario_with_one_line():
+    lines = mobman("list").stdout.splitlines()
+    names = [line.split()[0] for line in lines]
+    assert {"kwon_1", "kwon_2", "kwon_3", "kwon_4"} < set(names)
+    assert {"kwon_arbitrary", "kwon_spatial"} < set(names)
+    assert all(len(line.split()) > 3 for line in lines)
+
+
+def test_run_writes_the_whole_folder(tmp_path):
+    out = tmp_path / "new" / "runs"
+    result = mobman("run", "kwon_1", "--out", out, "--scene", "--set", "duration=2")
+    assert result.exit_code == 0
+    files = files_in(out)
+    assert {"kwon_1/log.npz", "kwon_1/metrics.json", "kwon_1/scenario.yaml"} < set(
+        files
+    )
+    assert "kwon_1/scene.html" in files
+    assert sum(f.startswith("kwon_1/figures/") for f in files) >= 5
+    assert "ee_error_rms" in result.stdout
+    numbers = json.loads((out / "kwon_1" / "metrics.json").read_text())
+    assert numbers["versions"].keys() == {"drake", "python", "drake_mobman"}
+    for metric in (
+        "ee_error_rms",
+        "ee_error_max",
+        "ee_drift_max",
+        "workspace_excess_max",
+        "authority_flips",
+        "base_speed_max",
+        "base_yaw_rate_max",
+        "joint_speed_max",
+        "base_jerk_rms",
+        "lateral_slip_max",
+        "manipulability_min",
+        "step_time_us",
+        "real_time_factor",
+    ):
+        assert numbers[metric] is not None, metric
+
+
+def test_scene_stands_by_itself(tmp_path):
+    mobman("run", "kwon_1", "--out", tmp_path, "--scene", *QUICK)
+    page = (tmp_path / "kwon_1" / "scene.html").read_text()
+    assert "<html" in page
+    assert not re.search(r'<(script|link|img|iframe)[^>]*(src|href)="?http', page)
+
+
+def test_resolved_scenario_reproduces_its_folder(tmp_path):
+    overrides = ["--set", "duration=1.5", "--set", "decomposer.alpha=9"]
+    mobman("run", "kwon_arbitrary", "--out", tmp_path / "a", "--no-figures", *overrides)
+    first = tmp_path / "a" / "kwon_arbitrary"
+    again = mobman(
+        "run", first / "scenario.yaml", "--out", tmp_path / "b", "--no-figures"
+    )
+    assert again.exit_code == 0
+    second = tmp_path / "b" / "kwon_arbitrary"
+    assert (first / "scenario.yaml").read_text() == (
+        second / "scenario.yaml"
+    ).read_text()
+    one, two = np.load(first / "log.npz"), np.load(second / "log.npz")
+    assert one.files == two.files
+    for name in one.files:
+        assert one[name].tobytes() == two[name].tobytes(), name
+
+
+def test_several_scenarios_give_several_folders(tmp_path):
+    result = mobman("run", "kwon_1", "kwon_3", "--out", tmp_path, *QUICK)
+    assert result.exit_code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["kwon_1", "kwon_3"]
+    assert "kwon_1" in result.stdout
+    assert "kwon_3" in result.stdout
+
+
+def test_run_again_replaces_the_old_run_whole(tmp_path):
+    mobman("run", "kwon_1", "--out", tmp_path, "--set", "duration=0.5")
+    assert (tmp_path / "kwon_1" / "figures").is_dir()
+    mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
+    assert files_in(tmp_path) == [
+        "kwon_1/log.npz",
+        "kwon_1/metrics.json",
+        "kwon_1/scenario.yaml",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nosuch"], "no such scenario"),
+        (["kwon_1", "--set", "duratoin=1"], "valid keys are"),
+        (["kwon_1", "--set", "duration=soon"], "must be a number"),
+        (["kwon_1", "--set", "start.x=.nan"], "must be a finite number"),
+        (["kwon_1", "--set", "start.x=.inf"], "must be a finite number"),
+        (["kwon_1", "--set", "workspace.l_min=1.7"], "must be below l_max = 1.6"),
+        (["kwon_1", "--set", "robot.lower_link=-1"], "must be above 0"),
+        (["kwon_1", "--set", "start.l=2.1"], "out of reach"),
+        (["kwon_1", "--set", "duration=0"], "must be above 0"),
+        (["kwon_1", "--set", "source=external"], "is fed by a program"),
+        (["kwon_1", "kwon_2", "kwon_1"], "is given twice"),
+        (["kwon_1", "kwon_2", "nosuch"], "no such scenario"),
+    ],
+)
+def test_bad_input_is_refused_before_anything_is_written(tmp_path, arguments, says):
+    out = tmp_path / "runs"
+    line = refused("run", *arguments, "--out", out)
+    assert says in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_scenario_that_is_not_yaml_is_refused(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("start: {l: 1.0")
+    assert "must be YAML" in refused("run", file, "--out", tmp_path / "runs")
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_output_folder_that_is_a_file_is_refused(tmp_path):
+    out = tmp_path / "runs"
+    out.write_text("mine")
+    assert "is a file" in refused("run", "kwon_1", "--out", out)
+    assert out.read_text() == "mine"
+
+
+def test_run_folder_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "kwon_1").write_text("mine")
+    assert "it is a file" in refused("run", "kwon_1", "--out", tmp_path)
+    assert (tmp_path / "kwon_1").read_text() == "mine"
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc")
+def test_output_folder_that_cannot_be_written_is_refused():
+    # Not even the superuser can make a folder there.
+    assert "cannot be written" in refused("run", "kwon_1", "--out", "/proc/self/runs")
+
+
+def test_folder_with_something_of_the_users_in_it_is_not_replaced(tmp_path):
+    mine = tmp_path / "kwon_1" / "notes.txt"
+    mine.parent.mkdir()
+    mine.write_text("mine")
+    assert "it holds notes.txt" in refused("run", "kwon_1", "--out", tmp_path)
+    assert files_in(tmp_path) == ["kwon_1/notes.txt"]
+
+
+def start_long_run(out):
+    return subprocess.Popen(
+        [*MOBMAN, "run", "kwon_1", "--out", out, "--set", "duration=2000"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def wait_for_draft(out):
+    deadline = time.monotonic() + 60
+    while not (out.is_dir() and any(out.iterdir())):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(1.0)
+
+
+def test_ctrl_c_keeps_the_log_so_far(tmp_path):
+    process = start_long_run(tmp_path)
+    wait_for_draft(tmp_path)
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130
+    (line,) = stderr.splitlines()
+    assert "kwon_1: interrupted at t = " in line
+    log = np.load(tmp_path / "kwon_1" / "log.npz")
+    assert 10 < len(log["time"]) < 200_000
+    assert len({len(log[name]) for name in log.files}) == 1
+    numbers = json.loads((tmp_path / "kwon_1" / "metrics.json").read_text())
+    assert "interrupted" in numbers["died"]
+
+
+def test_killed_run_leaves_the_old_folder_as_it_was(tmp_path):
+    mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
+    before = (tmp_path / "kwon_1" / "log.npz").read_bytes()
+    process = start_long_run(tmp_path)
+    deadline = time.monotonic() + 60
+    while len(list(tmp_path.iterdir())) < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.kill()
+    process.communicate()
+    assert (tmp_path / "kwon_1" / "log.npz").read_bytes() == before
+
+
+def test_progress_is_shown_in_a_terminal_only(tmp_path):
+    command = [*MOBMAN, "run", "kwon_1", "--out", str(tmp_path), *QUICK]
+    piped = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert piped.stderr == ""
+    assert "\x1b" not in piped.stdout
+    ours, theirs = pty.openpty()
+    environment = os.environ | {"TERM": "xterm-256color"}
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=theirs, env=environment
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        while chunk := read_terminal(ours):
+            shown += chunk
+        assert process.wait() == 0
+    os.close(ours)
+    assert b"kwon_1" in shown
+
+
+def read_terminal(descriptor):
+    try:
+        return os.read(descriptor, 4096)
+    except OSError:  # The other end is closed.
+        return b""
+
+
+def test_help_does_not_wait_for_drake():
+    code = (
+        "import sys, drake_mobman.cli\n"
+        "from typer.testing import CliRunner\n"
+        "result = CliRunner().invoke(drake_mobman.cli.app, ['--help'])\n"
+        "assert 'run' in result.stdout\n"
+        "heavy = {'pydrake', 'matplotlib', 'numpy', 'scipy'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_graph_names_every_block_and_signal(tmp_path):
+    file = tmp_path / "new" / "teleop.dot"
+    assert mobman("graph", "kwon_1", "--out", file).exit_code == 0
+    text = file.read_text()
+    for block in ("source", "guard", "decomposer", "smoother", "arm", "robot"):
+        assert f'"{block}" [' in text
+    assert '"decomposer" -> "smoother" [label="base_command"]' in text
+    assert '"robot" -> "decomposer" [label="workspace"]' in text
+    assert "SwitchingDecomposer" in (
+        mobman("graph", "kwon_1", "--out", file, "--set", "decomposer=switching")
+        and file.read_text()
+    )
+
+
+@pytest.mark.skipif(shutil.which("dot") is None, reason="needs Graphviz")
+def test_graph_draws_a_picture(tmp_path):
+    file = tmp_path / "teleop.svg"
+    assert mobman("graph", "kwon_spatial", "--out", file).exit_code == 0
+    assert "<svg" in file.read_text()
+
+
+def test_graph_without_graphviz_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    line = refused("graph", "kwon_1", "--out", tmp_path / "teleop.svg")
+    assert "install the system package graphviz" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_graph_refuses_other_kinds_of_file(tmp_path):
+    line = refused("graph", "kwon_1", "--out", tmp_path / "teleop.gif")
+    assert "must end in .svg or .dot" in line
