@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 _SHORT = reprlib.Repr()
-"""Shortens what is quoted in messages: a whole file may have been given for a number."""
+"""Shortens what messages quote: a whole file may have been given for a number."""
 _SHORT.maxstring = _SHORT.maxother = 60
 
 
@@ -58,6 +58,13 @@ def one_of(params: Any, key: str, names: tuple[str, ...]) -> None:
     if getattr(params, key) not in names:
         valid = f"must be one of {', '.join(names)}"
         raise ParameterError(key, getattr(params, key), valid)
+
+
+def checked_period(period: float) -> float:
+    """Returns a block's `period` [s] if it is one, or raises `ParameterError`."""
+    if not (period > 0 and math.isfinite(period)):
+        raise ParameterError("period", period, "must be a finite number above 0")
+    return period
 
 
 def checked(params: Any) -> Any:

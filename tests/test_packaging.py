@@ -15,8 +15,10 @@ ROOT = Path(__file__).parent.parent
 def wheel_names(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
     tree = folder / "tree"  # A copy: building leaves files behind.
-    hidden = shutil.ignore_patterns(".*", "build", "dist", "runs", "*.egg-info")
-    shutil.copytree(ROOT, tree, ignore=hidden)
+    for name in ("drake_mobman", "diagrams", "scenarios"):
+        shutil.copytree(ROOT / name, tree / name)
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, tree)
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps"]
     options = ["--no-build-isolation", "--wheel-dir", folder]
     subprocess.run([*pip, *options, tree], check=True)

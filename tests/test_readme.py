@@ -12,7 +12,7 @@ BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 @pytest.mark.parametrize("code", BLOCKS, ids=lambda code: code.splitlines()[-1])
 def test_readme_code_runs(code):
     names = {"__name__": "readme"}
-    exec(code, names)  # noqa: S102 - our own README.
+    exec(code, names)
     assert names["diagram"].num_input_ports() + names["diagram"].num_output_ports() > 0
 
 

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.symbolic import Expression, MakeVectorVariable
@@ -106,42 +106,27 @@ speeds_at_full = st.floats(0.05, 2.0)
 brakings = st.floats(0.1, 10.0)
 
 
-@given(speed=speeds_at_full, braking=brakings)
-def test_unfiltered_it_stops_within_v_over_a_and_a_period(speed, braking):
-    seconds = speed / braking + PERIOD * (1 + ROUNDING)
-    assert braked(1.0, speed, braking * PERIOD, seconds)[-1] == 0.0
-
-
 @given(smoothing=shares, speed=speeds_at_full, braking=brakings)
-def test_filtered_it_is_in_the_filters_tail_by_then(smoothing, speed, braking):
-    step = braking * PERIOD
-    tail = step / smoothing  # Below this the filter asks for less than the limit.
-    assume(tail < speed)
+def test_it_stops_from_full_speed_within_v_over_a_and_a_period(
+    smoothing, speed, braking
+):
     seconds = speed / braking + PERIOD * (1 + ROUNDING)
-    speeds = braked(smoothing, speed, step, seconds)
-    left = tail * (1 - smoothing) ** math.floor(1 / smoothing)  # At most tail / e.
-    assert 0.0 <= speeds[-1] <= left + ROUNDING
+    assert braked(smoothing, speed, braking * PERIOD, seconds)[-1] == 0.0
 
 
-@given(smoothing=shares, speed=speeds_at_full, braking=brakings)
-def test_the_filters_tail_takes_the_base_hardly_farther(smoothing, speed, braking):
-    step = braking * PERIOD
-    assume(step / smoothing < speed)
-    seconds = speed / braking + 40 * PERIOD / smoothing
-    farther = PERIOD * (
-        braked(smoothing, speed, step, seconds).sum()
-        - braked(1.0, speed, step, seconds).sum()
-    )
-    assert -ROUNDING <= farther <= braking * PERIOD**2 / (2 * smoothing**2) + ROUNDING
+def test_a_command_that_is_nearly_zero_is_filtered_as_any_other():
+    # Stops alone go past the filter; the tail of 0.05 * 0.8^k [m/s] is eq. 7's.
+    assert smoothed(0.04, 1e-9, 0.2, 0.01, 0.5) == pytest.approx(0.032)
+    assert smoothed(0.04, 0.0, 0.2, 0.01, 0.5) == pytest.approx(0.03)
 
 
-def test_by_default_13_mm_per_second_are_left_when_it_should_have_stopped():
-    params = Smoother()
-    seconds = params.max_speed / params.max_acceleration + PERIOD * (1 + ROUNDING)
-    step = params.max_acceleration * PERIOD
-    speeds = braked(params.smoothing, params.max_speed, step, seconds + 0.12)
-    assert speeds[math.floor(seconds / PERIOD)] == pytest.approx(0.05 * 0.8**6)
-    assert speeds[-1] < 1e-3  # A tenth of a second later it stands to the eye.
+@given(params=smoothers, bad=st.sampled_from([math.nan, -math.nan]))
+def test_what_is_not_a_number_is_a_stop(params, bad):
+    loop, other = Loop(params), Loop(params)
+    for k in range(60):
+        raw = bad if 20 <= k < 40 else 0.3
+        stopped = 0.0 if 20 <= k < 40 else 0.3
+        assert (loop.step([raw, raw]) == other.step([stopped, stopped])).all()
 
 
 def test_command_passes_as_it_is_where_smoothing_is_off():

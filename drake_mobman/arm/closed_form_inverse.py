@@ -9,6 +9,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_mobman import signals
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import ArmStatus, JointLimits, bounded_rates
+from drake_mobman.parameters import checked_period
 from drake_mobman.scalars import Scalar, where
 
 
@@ -72,7 +73,8 @@ def ClosedFormInverse_(T: Any) -> Any:
             converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
-            self.arm, self.limits, self.period, self.by = arm, limits, period, by
+            self.arm, self.limits, self.by = arm, limits, by
+            self.period = checked_period(period)
             n = arm.joints
             self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
             self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)

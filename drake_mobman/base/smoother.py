@@ -11,8 +11,8 @@ from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
-from drake_mobman.parameters import ParameterError, checked, positive
-from drake_mobman.scalars import Scalar, saturated
+from drake_mobman.parameters import ParameterError, checked, checked_period, positive
+from drake_mobman.scalars import Scalar, saturated, where
 
 
 @dc.dataclass
@@ -42,6 +42,10 @@ def smoothed(
     Both the filter (eqs. 7, 8) and the rate limit (eqs. 9, 10) start from the command
     last sent: u_k = sat_limit(u_{k-1} + sat_step(alpha (raw_k - u_{k-1}))).
 
+    A raw command of exactly zero is a stop, and a stop is not filtered: the filter's
+    tail never ends, while without it the base is at rest within limit/step periods. A
+    raw command that is not a number is a stop too.
+
     Args:
         sent: command last sent, u_{k-1}.
         raw: what the controller asks for now.
@@ -49,7 +53,11 @@ def smoothed(
         step: largest change in a period.
         limit: largest magnitude.
     """
-    return saturated(sent + saturated(smoothing * (raw - sent), step), limit)
+    raw = where(raw == raw, raw, 0.0)  # noqa: PLR0124 - only NaN differs from itself.
+    # At rest the filter counts, so that the law is linearised there with it.
+    stops = where(raw == 0, where(sent == 0, 0.0, 1.0), 0.0)
+    share = where(stops > 0, 1.0, smoothing)
+    return saturated(sent + saturated(share * (raw - sent), step), limit)
 
 
 @TemplateSystem.define("CommandSmoother_")
@@ -77,7 +85,7 @@ def CommandSmoother_(T: Any) -> Any:
         ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self.params = checked(params)
-            self.period = period
+            self.period = checked_period(period)
             self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
             self.sent = self.DeclareVectorOutputPort(
                 signals.BASE_SENT, 2, self._calc_sent

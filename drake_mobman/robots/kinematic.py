@@ -8,6 +8,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
 from drake_mobman.base.unicycle import unicycle_rates
+from drake_mobman.parameters import checked_period
 from drake_mobman.robots.model import BASE_JOINTS
 
 
@@ -39,7 +40,7 @@ def KinematicRobot_(T: Any) -> Any:
         def _construct(self, start: Any, period: float, converter: Any = None) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self.start = np.array(start, dtype=float)
-            self.period = period
+            self.period = checked_period(period)
             n = len(self.start) - BASE_JOINTS
             self.sent = self.DeclareVectorInputPort(signals.BASE_SENT, 2)
             self.rates = self.DeclareVectorInputPort(signals.ARM_VELOCITY_COMMAND, n)

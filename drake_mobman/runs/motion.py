@@ -27,18 +27,20 @@ class HandMotion:
         """Returns the true velocity less the commanded one (N, 2) [m/s]."""
         return self.velocity - self.commanded
 
-    def drift(self, period: float) -> np.ndarray:
-        """Returns how far E is from where the commanded velocity leads (N,) [m].
+    def led(self, period: float) -> np.ndarray:
+        """Returns x, y in W (N, 2) [m] of where the commanded velocity leads E.
 
-        The commanded velocity is integrated from the start by Euler steps [s], as the
-        robot is.
+        It is integrated from the start by Euler steps [s], as the robot is.
         """
         radial, tangential = self.commanded.T
         c, s = np.cos(self.axes), np.sin(self.axes)
         v_W = np.stack([radial * c - tangential * s, radial * s + tangential * c], 1)
-        led = np.cumsum(period * v_W[:-1], axis=0)
-        gone = self.position - self.position[0]
-        return np.linalg.norm(gone - np.vstack([np.zeros(2), led]), axis=1)
+        steps = np.vstack([self.position[:1], period * v_W[:-1]])
+        return np.cumsum(steps, axis=0)
+
+    def drift(self, period: float) -> np.ndarray:
+        """Returns how far E is from where the commanded velocity leads (N,) [m]."""
+        return np.linalg.norm(self.position - self.led(period), axis=1)
 
 
 def hand_motion(log: Log, robot: Robot, period: float) -> HandMotion:

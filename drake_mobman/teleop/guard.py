@@ -9,7 +9,7 @@ from typing import Any
 from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
-from drake_mobman.parameters import checked, not_negative, positive
+from drake_mobman.parameters import checked, checked_period, not_negative, positive
 from drake_mobman.scalars import saturated
 
 
@@ -87,7 +87,7 @@ class CommandGuard(LeafSystem):
     def __init__(self, params: Guard, period: float) -> None:
         super().__init__()
         self.params = checked(params)
-        self.period = period
+        self.period = checked_period(period)
         self.raw = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
         self.passed = self.DeclareVectorOutputPort(
             signals.EE_COMMAND, 3, self._calc_passed

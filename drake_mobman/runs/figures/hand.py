@@ -68,7 +68,7 @@ def draw_path(run: Run) -> Figure:
     is its drift.
     """
     log, motion, period = run.log, _motion(run), run.scenario.period
-    base, led = log[signals.BASE_POSE][:, :2], _led_path(motion, period)
+    base, led = log[signals.BASE_POSE][:, :2], motion.led(period)
     drift = motion.drift(period)
     worst = int(np.argmax(drift))
     poses, arms = _poses(run)
@@ -125,16 +125,6 @@ def _draw_robot(axes: Axes, pose: np.ndarray, arm: np.ndarray, alpha: float) -> 
     axes.add_patch(body)
     axes.add_patch(Polygon(nose, color=BASE, alpha=alpha, lw=0))
     axes.plot(*arm.T, **_ARM, alpha=alpha)
-
-
-def _led_path(motion: HandMotion, period: float) -> np.ndarray:
-    """Returns the points (N, 2) in W that the commanded velocity leads to [m]."""
-    radial, tangential = motion.commanded.T
-    c, s = np.cos(motion.axes), np.sin(motion.axes)
-    v_W = np.stack([radial * c - tangential * s, radial * s + tangential * c], axis=1)
-    return motion.position[0] + period * np.cumsum(
-        np.vstack([0 * v_W[:1], v_W[:-1]]), 0
-    )
 
 
 def _motion(run: Run) -> HandMotion:
