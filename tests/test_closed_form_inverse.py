@@ -171,9 +171,6 @@ def test_status_says_out_of_reach_inside_the_fold(asked):
     assert ArmStatus.OUT_OF_REACH not in asked(block, (0.4, 0.0, 0.0), q)[1]
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the reach is squared, so that -3 mm pass for 3 mm"
-)
 def test_status_says_out_of_reach_through_the_shoulder(asked, blocks):
     # Folded up at l = 0 and told to come in further, the arm stands still.
     q = ARMS["planar"].inverse((0.0, 0.2, 0.0))

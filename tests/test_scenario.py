@@ -110,7 +110,7 @@ def test_override_takes_whole_lists_of_tagged_members():
         ),
         (
             "source.segments=[{duration: -1}]",
-            "source.segments[0].duration: -1.0 is not valid; must be above 0",
+            "source.segments[0].duration: -1.0 is not valid; must be at least 1e-06",
         ),
         ("duration=0", "duration: 0.0 is not valid; must be above 0"),
         ("duration=-2", "duration: -2.0 is not valid; must be above 0"),

@@ -204,11 +204,6 @@ def test_a_script_never_gone_through_is_refused(repeat):
         ScriptedSource(Script([Held()], repeat=repeat))
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=RuntimeError,
-    reason="Drake says `Times must be in increasing order`, and names no key",
-)
 def test_a_segment_too_short_for_the_clock_is_refused_by_name():
     with pytest.raises(ParameterError, match=r"^segments\[1\].duration: "):
         ScriptedSource(Script([Held(1.0), Held(1e-17)]))

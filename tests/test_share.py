@@ -78,7 +78,7 @@ def test_base_speed_is_as_worked_out_by_hand(psi, v_b):
     assert base_speed(0.3, psi, Projection()) == pytest.approx(v_b, abs=1e-8)
 
 
-@given(v_bm=st.floats(-0.4, 0.4), psi=HALF_TURN)
+@given(v_bm=st.floats(-0.4, 0.4, allow_subnormal=False), psi=HALF_TURN)
 def test_base_never_needs_much_more_speed_than_its_projection(v_bm, psi):
     assert abs(base_speed(v_bm, psi, Projection())) <= LARGEST_GAIN * abs(v_bm)
 
@@ -88,16 +88,13 @@ def test_the_largest_gain_is_met():
     assert gain == pytest.approx(1.351575, abs=1e-6)  # Digits of the number by hand.
 
 
-@pytest.mark.xfail(
-    strict=True, reason="cos(psi) is 0 at 3 pi/2 too, where kappa as it stands is 1"
-)
-@given(v_bm=st.floats(-0.4, 0.4), psi=st.floats(-5.0, 5.0))
+@given(v_bm=st.floats(-0.4, 0.4, allow_subnormal=False), psi=st.floats(-5.0, 5.0))
 def test_base_speed_is_bounded_past_half_a_turn(v_bm, psi):
     # The planar robot's shoulder turns from -3.4 to 4.9 rad, and psi with it.
     assert abs(base_speed(v_bm, psi, Projection())) <= LARGEST_GAIN * abs(v_bm)
 
 
-@given(v_bm=st.floats(-0.4, 0.4), psi=HALF_TURN)
+@given(v_bm=st.floats(-0.4, 0.4, allow_subnormal=False), psi=HALF_TURN)
 def test_base_goes_with_its_projection(v_bm, psi):
     # v_b cos psi = kappa v_bm: what the hand gets of it has the sign of its share.
     along = base_speed(v_bm, psi, Projection()) * math.cos(psi)

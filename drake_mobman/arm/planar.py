@@ -6,7 +6,7 @@ from typing import Any
 from pydrake.math import cos, sin
 
 from drake_mobman.arm import two_link
-from drake_mobman.scalars import Scalar, larger
+from drake_mobman.scalars import Scalar, larger, smaller
 
 
 @dc.dataclass(frozen=True)
@@ -55,4 +55,5 @@ class PlanarArm:
 
     def is_in_reach(self, workspace: Any) -> Any:
         """Returns whether the tip can be at `workspace`."""
-        return two_link.is_in_reach(workspace[0], 0.0, self.upper, self.lower)
+        l = workspace[0]
+        return smaller(l, two_link.reach_margin(l, 0.0, self.upper, self.lower)) >= 0

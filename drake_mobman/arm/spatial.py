@@ -54,4 +54,4 @@ class SpatialArm:
     def is_in_reach(self, workspace: Any) -> Any:
         """Returns whether the hand can be at `workspace`."""
         l, z = workspace[0] - self.hand, workspace[2]
-        return two_link.is_in_reach(l, z, self.upper, self.lower)
+        return two_link.reach_margin(l, z, self.upper, self.lower) >= 0

@@ -5,14 +5,15 @@ axis, `theta_2` the second link's angle from the first; the branch with
 `theta_2 <= 0` is taken throughout, which the paper calls elbow-down.
 """
 
-from typing import Any
-
 from pydrake.math import atan2, cos, sin, sqrt
 
 from drake_mobman.scalars import Scalar, larger, smaller, where
 
 _NEAR_SINGULAR = 0.05
 """|sin theta_2| below which the rates are damped; outside, they are exact."""
+
+_ROUNDING = 1e-15
+"""Let off at the border of the reach, as a share of the reach squared."""
 
 
 def direction(theta_2: Scalar, upper: float, lower: float) -> Scalar:
@@ -94,13 +95,8 @@ def is_near_singular(theta_2: Scalar) -> Scalar:
     return where(s * s < _NEAR_SINGULAR**2, 1.0, 0.0)
 
 
-def is_in_reach(
-    l: Scalar,
-    z: Scalar,
-    upper: float,
-    lower: float,
-) -> Any:
-    """Returns whether the tip can be there, as a truth or as a formula."""
+def reach_margin(l: Scalar, z: Scalar, upper: float, lower: float) -> Scalar:
+    """Returns how far the tip is inside the arm's reach [m^2], below 0 if outside."""
     squared = l * l + z * z
     fold, stretch = (upper - lower) ** 2, (upper + lower) ** 2
-    return smaller(squared - fold, stretch - squared) >= 0
+    return smaller(squared - fold, stretch - squared) + _ROUNDING * stretch

@@ -6,7 +6,7 @@ Kwon et al., eqs. 10-11 and fig. 4.
 import dataclasses as dc
 import math
 
-from pydrake.math import cos, exp
+from pydrake.math import atan2, cos, exp, sin
 
 from drake_mobman.parameters import in_order, not_negative, positive
 from drake_mobman.scalars import Scalar
@@ -40,8 +40,11 @@ class Projection:
 
 
 def radial_weight(psi: Scalar, sigma: float) -> Scalar:
-    """Returns kappa of eq. 11: 1 ahead of the base, 0 at psi = +-pi/2 [rad]."""
-    beside = abs(psi) - math.pi / 2
+    """Returns kappa of eq. 11: 1 ahead of the base, 0 at psi = +-pi/2 [rad].
+
+    Joints may tell a psi past half a turn; the angle counts as a direction.
+    """
+    beside = abs(atan2(sin(psi), cos(psi))) - math.pi / 2
     return 1.0 - exp(-(beside * beside) / (sigma * sigma))
 
 

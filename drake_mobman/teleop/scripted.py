@@ -7,7 +7,10 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
-from drake_mobman.parameters import ParameterError, checked, positive
+from drake_mobman.parameters import ParameterError, checked
+
+_SHORTEST = 1e-6
+"""Of segments [s]: over hours, two times nearer than this may be one float."""
 
 
 @dc.dataclass
@@ -20,8 +23,8 @@ class Held:
     v_z: float = 0.0  # Up [m/s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the duration is above zero."""
-        positive(self, "duration")
+        """Raises `ParameterError` unless the duration is one."""
+        _check_duration(self)
 
 
 @dc.dataclass
@@ -38,8 +41,14 @@ class Smooth:
     v_z: float = 0.0  # At the end, up [m/s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the duration is above zero."""
-        positive(self, "duration")
+        """Raises `ParameterError` unless the duration is one."""
+        _check_duration(self)
+
+
+def _check_duration(segment: Held | Smooth) -> None:
+    if not segment.duration >= _SHORTEST:
+        valid = f"must be at least {_SHORTEST:g}"
+        raise ParameterError("duration", segment.duration, valid)
 
 
 @dc.dataclass
