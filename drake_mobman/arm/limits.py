@@ -2,8 +2,11 @@
 
 import dataclasses as dc
 import enum
+import math
 from collections.abc import Sequence
 from typing import Any
+
+from pydrake.math import sqrt
 
 from drake_mobman.scalars import Scalar, larger, smaller, where
 
@@ -21,7 +24,7 @@ class ArmStatus(enum.IntFlag):
     JOINT_RATE = 1
     """A joint would turn faster than it can."""
     JOINT_LIMIT = 2
-    """A joint would leave its range within the period."""
+    """A joint would near the end of its range faster than it can brake."""
     OUT_OF_REACH = 4
     """The hand would go where the arm does not reach."""
     SINGULAR = 8
@@ -35,6 +38,14 @@ class JointLimits:
     lower: Sequence[float]  # Smallest angles [rad].
     upper: Sequence[float]  # Largest angles [rad].
     velocity: Sequence[float]  # Largest rates [rad/s].
+    # Largest accelerations [rad/s^2], infinite where the model states none.
+    acceleration: Sequence[float] = ()
+
+    def __post_init__(self) -> None:
+        """Takes accelerations that are not given for infinite."""
+        if not len(self.acceleration):
+            endless = [math.inf] * len(self.velocity)
+            object.__setattr__(self, "acceleration", endless)
 
 
 def bounded_rates(
@@ -43,7 +54,8 @@ def bounded_rates(
     """Returns joint rates within the limits, and the `ArmStatus` flags of what bound.
 
     All rates are scaled by one factor in [0, 1], so that the hand slows down in its
-    direction instead of turning out of it.
+    direction instead of turning out of it. The limit on acceleration bounds how a
+    joint nears the end of its range, not how its rate changes otherwise.
 
     Args:
         rates: joint rates asked for (n,) [rad/s].
@@ -53,18 +65,77 @@ def bounded_rates(
     """
     by_rate: Scalar = 1.0
     by_limit: Scalar = 1.0
-    for rate, angle, low, high, fastest in zip(
-        rates, q, limits.lower, limits.upper, limits.velocity, strict=True
-    ):
+    bounds = zip(limits.velocity, _towards_end(rates, q, limits, period), strict=True)
+    for rate, (fastest, towards_end) in zip(rates, bounds, strict=True):
         speed = abs(rate)
-        room = where(rate > 0, high - angle, angle - low) + _SLACK
         by_rate = smaller(by_rate, _factor(speed, fastest))
-        by_limit = smaller(by_limit, _factor(speed, larger(room / period, _CREEP)))
+        by_limit = smaller(by_limit, _factor(speed, towards_end))
     factor = smaller(by_rate, by_limit)
     status = where(by_rate < 1, float(ArmStatus.JOINT_RATE), 0.0) + where(
         by_limit < 1, float(ArmStatus.JOINT_LIMIT), 0.0
     )
     return [factor * rate for rate in rates], status
+
+
+def filled_rates(
+    rates: Sequence[Scalar],
+    extra: Sequence[Scalar],
+    q: Any,
+    limits: JointLimits,
+    period: float,
+) -> list[Scalar]:
+    """Returns `rates` and as much of `extra` as the limits leave room for.
+
+    All of `extra` is scaled by one factor in [0, 1], so that what is in the arm's null
+    space stays in it; `rates` pass as they are.
+
+    Args:
+        rates: joint rates within the limits (n,) [rad/s].
+        extra: joint rates to be added where there is room (n,) [rad/s].
+        q: joint angles (n,) [rad].
+        limits: of these joints.
+        period: for which the rates are held [s].
+    """
+    factor: Scalar = 1.0
+    bounds = zip(limits.velocity, _towards_end(extra, q, limits, period), strict=True)
+    for rate, more, (fastest, towards_end) in zip(rates, extra, bounds, strict=True):
+        left = smaller(fastest, towards_end) - where(more > 0, rate, -rate)
+        factor = smaller(factor, _factor(abs(more), larger(left, _CREEP)))
+    return [rate + factor * more for rate, more in zip(rates, extra, strict=True)]
+
+
+def braking_rate(room: Scalar, acceleration: float, period: float) -> Scalar:
+    """Returns the largest rate [rad/s] towards a limit that leaves room to brake.
+
+    Held for a period h, then brought down by at most a h in each, it must not use up
+    the room r: h (v + (v - a h) + ...) <= r. Linear between whole v = k a h, where the
+    sum is v (v + a h) / 2 a, it exceeds that by a h^2 / 8 at most; so v <= sqrt(2 a r)
+    - a h / 2 will do. That falls by just a h a period where it is followed, down to its
+    tangent v = r / h, the last step, at r = a h^2 / 2.
+
+    Args:
+        room: angle left to the limit [rad]; below 0, past it.
+        acceleration: a that the joint brakes with [rad/s^2]; may be infinite.
+        period: h for which a rate is held [s].
+    """
+    last = larger(room / period, _CREEP)
+    if math.isinf(acceleration):
+        return last
+    step = acceleration * period
+    braking = sqrt(2 * acceleration * larger(room, 0.0)) - 0.5 * step
+    return where(2 * room > step * period, braking, last)
+
+
+def _towards_end(
+    rates: Sequence[Scalar], q: Any, limits: JointLimits, period: float
+) -> list[Scalar]:
+    """Returns how fast each joint may near the end that its rate leads to [rad/s]."""
+    return [
+        braking_rate(where(rate > 0, high - angle, angle - low) + _SLACK, most, period)
+        for rate, angle, low, high, most in zip(
+            rates, q, limits.lower, limits.upper, limits.acceleration, strict=True
+        )
+    ]
 
 
 def _factor(speed: Scalar, bound: Scalar) -> Scalar:

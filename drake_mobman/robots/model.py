@@ -95,4 +95,5 @@ def joint_limits(plant: Any) -> JointLimits:
         lower=plant.GetPositionLowerLimits()[BASE_JOINTS:],
         upper=plant.GetPositionUpperLimits()[BASE_JOINTS:],
         velocity=plant.GetVelocityUpperLimits()[BASE_JOINTS:],
+        acceleration=plant.GetAccelerationUpperLimits()[BASE_JOINTS:],
     )
