@@ -10,32 +10,44 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
+from drake_mobman.arm.damped_inverse import DampedInverse
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import CommandSmoother
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
+from drake_mobman.decomposers.field import FieldDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.robot import make_robot
-from drake_mobman.runs.log import log_signals
-from drake_mobman.runs.scenario import Scenario
+from drake_mobman.runs.scenario import Teleop
 from drake_mobman.teleop.guard import CommandGuard
 from drake_mobman.teleop.scripted import Script, ScriptedSource
 
+from .wiring import connect_by_name, finished, outputs
+
 DECOMPOSERS = {Blending: BlendingDecomposer, Switching: SwitchingDecomposer}
-"""The block of each decomposer that a scenario can name."""
+"""The block of each decomposer that splits by shares."""
 
 
-def make_decomposer(scenario: Scenario) -> Any:
+def make_decomposer(scenario: Teleop) -> Any:
     """Returns the decomposer that the scenario names."""
-    return DECOMPOSERS[type(scenario.decomposer)](
-        scenario.decomposer,
-        scenario.workspace,
-        scenario.projection,
-        scenario.robot.arm().joints,
-    )
+    params, arm = scenario.decomposer, scenario.robot.arm()
+    if isinstance(params, VelocityField):
+        return FieldDecomposer(params, scenario.robot.reach(), arm)
+    block = DECOMPOSERS[type(params)]
+    return block(params, scenario.workspace, scenario.projection, arm.joints)
+
+
+def make_arm_inverse(scenario: Teleop, model: RobotModel) -> Any:
+    """Returns the arm's inverse: in closed form where the arm has one."""
+    arm, period = scenario.robot.arm(), scenario.period
+    if isinstance(arm, JacobianArm):
+        return DampedInverse(arm, model.limits, period)
+    return ClosedFormInverse(arm, model.limits, period, by=scenario.inverse)
 
 
 def make_teleop_diagram(
-    scenario: Scenario, *, decomposer: Any = None, logged: bool = True
+    scenario: Teleop, *, decomposer: Any = None, logged: bool = True
 ) -> Diagram:
     """Returns the whole loop, from the operator's command to the robot.
 
@@ -71,45 +83,24 @@ def make_teleop_diagram(
     """
     model = RobotModel(scenario.robot)
     period = scenario.period
+    start = scenario.start_position(model)
     builder = DiagramBuilder()
-    add, connect = builder.AddNamedSystem, builder.Connect
+    add = builder.AddNamedSystem
 
     guard = add("guard", CommandGuard(scenario.guard, period))
     decomposer = add("decomposer", decomposer or make_decomposer(scenario))
     smoother = add("smoother", CommandSmoother(scenario.smoother, period))
-    arm = add(
-        "arm",
-        ClosedFormInverse(
-            scenario.robot.arm(), model.limits, period, by=scenario.inverse
-        ),
-    )
-    start = scenario.start_position(model)
-    robot = add("robot", make_robot(scenario.robot, start, period))
+    arm = add("arm", make_arm_inverse(scenario, model))
+    robot = add("robot", make_robot(scenario.robot, start, period, scenario.fidelity))
 
-    # One name is one signal: whoever puts it out feeds all who take it.
-    systems = [guard, decomposer, smoother, arm, robot]
-    ports = {
-        port.get_name(): port
-        for system in systems
-        for port in map(system.get_output_port, range(system.num_output_ports()))
-    }
-    for system in systems[1:]:
-        for i in range(system.num_input_ports()):
-            port = system.get_input_port(i)
-            connect(ports[port.get_name()], port)
+    ports = outputs([guard, decomposer, smoother, arm, robot])
+    connect_by_name(builder, ports, [decomposer, smoother, arm, robot])
 
     command = guard.GetInputPort(signals.EE_COMMAND)
     if isinstance(scenario.source, Script):
         source = add("source", ScriptedSource(scenario.source))
-        connect(source.get_output_port(), command)
+        builder.Connect(source.get_output_port(), command)
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
     else:
         builder.ExportInput(command, signals.EE_COMMAND)
-
-    for name, port in ports.items():
-        builder.ExportOutput(port, name)
-    if logged:
-        log_signals(builder, ports, period)
-    diagram = builder.Build()
-    diagram.set_name("teleop")
-    return diagram
+    return finished(builder, "teleop", ports, period, logged=logged)

@@ -79,7 +79,7 @@ def run(
             name, scenario = load_scenario(given, set_)
             if name in loaded:
                 refuse(f"{given}: {name} is given twice; each goes to its own folder")
-            if isinstance(scenario.source, External):
+            if isinstance(getattr(scenario, "source", None), External):
                 refuse(f"{given}: source: !External is fed by a program, not by run")
             check_writable(out / name)
             loaded[name] = scenario
@@ -146,13 +146,13 @@ def graph(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Draws the wired diagram of a scenario."""
-    from drake_mobman.diagrams.teleop import make_teleop_diagram
+    from drake_mobman.diagrams import make_diagram
     from drake_mobman.runs.graph import GraphError, write_graph
     from drake_mobman.runs.scenario import ScenarioError, load_scenario
 
     try:
         _, loaded = load_scenario(scenario, set_)
-        write_graph(make_teleop_diagram(loaded, logged=False), out)
+        write_graph(make_diagram(loaded, logged=False), out)
     except (ScenarioError, GraphError) as error:
         refuse(error)
 

@@ -41,3 +41,27 @@ GUARD_STATUS = "guard_status"
 
 ARM_STATUS = "arm_status"
 """1: what bounds the arm's rates, a sum of `ArmStatus` flags."""
+
+FIELD_ZONE = "field_zone"
+"""1: what the velocity field asks for, a sum of `Zone` flags."""
+
+TOOL_POSITION = "tool_position"
+"""3: p_WE [m]."""
+
+TOOL_VELOCITY = "tool_velocity"
+"""3: v_WE [m/s] in W."""
+
+HAND_POSITION = "hand_position"
+"""3: p_WH [m], where the guiding hand H is."""
+
+HAND_FORCE = "hand_force"
+"""3: force of the guiding hand on the tool at E in W [N]; zero when it lets go."""
+
+SPATIAL_FORCES = "spatial_forces"
+"""Forces from outside on bodies: a list of `ExternallyAppliedSpatialForce`."""
+
+BODY_POSES = "body_poses"
+"""Poses of all bodies in W, as `MultibodyPlant` puts them out."""
+
+BODY_VELOCITIES = "body_spatial_velocities"
+"""Velocities of all bodies in W, as `MultibodyPlant` puts them out."""

@@ -14,7 +14,7 @@ from drake_mobman.decomposers.blending import (
     blending_shares,
 )
 from drake_mobman.decomposers.decomposer import share_decomposer
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching, switching_shares
 from drake_mobman.parameters import ParameterError
 from drake_mobman.runs.scenario import load_scenario
@@ -77,6 +77,33 @@ def test_block_splits_each_component_at_its_own_limits(
     np.testing.assert_allclose(sent["base_share"], shares, atol=42 * ROUNDING)
     rest = np.subtract(command[:2], shares)
     np.testing.assert_allclose(sent["arm_command"][:2], rest, atol=42 * ROUNDING)
+
+
+def test_l_and_psi_have_a_sharpness_each():
+    # 0.01 past the limit: 1 / (1 + exp(-2 alpha 0.01)).
+    mu, nu = blending_shares(
+        Blending(alpha=10.0, beta=40.0), Workspace(), (0.1, 0.1, 0), (1.61, 0.71, 0)
+    )
+    assert mu == pytest.approx(1 / (1 + math.exp(-0.2)), abs=80 * ROUNDING)
+    assert nu == pytest.approx(1 / (1 + math.exp(-0.8)), abs=80 * ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "v_b"),
+    [
+        # Half of 0.4 at L_max; at psi of 0.6 rad v_b = kappa 0.2 / 0.825336 with
+        # kappa = 1 - exp(-(pi/2 - 0.6)^2 / sigma^2) and (pi/2 - 0.6)^2 = 0.942446.
+        (0.5, 0.236738),  # 1 - exp(-3.769782) = 0.976943.
+        (1.0, 0.147898),  # 1 - exp(-0.942446) = 0.610326.
+    ],
+)
+def test_base_gets_the_speed_whose_projection_is_its_share(fed, outputs, sigma, v_b):
+    block = BlendingDecomposer(Blending(), Workspace(), Projection(sigma))
+    context = fed(block, **ALONE, ee_command=[0.4, 0, 0], workspace=[1.6, 0.6, 0])
+    sent = outputs(block, context)
+    assert sent["base_share"][0] == pytest.approx(0.2, abs=42 * ROUNDING)
+    # The numbers above have six digits.
+    assert sent["base_command"][0] == pytest.approx(v_b, abs=1e-6)
 
 
 def algorithm_1(vc, wc, x_eff, y_eff):

@@ -171,6 +171,17 @@ def test_status_says_out_of_reach_inside_the_fold(asked):
     assert ArmStatus.OUT_OF_REACH not in asked(block, (0.4, 0.0, 0.0), q)[1]
 
 
+@pytest.mark.parametrize("l", [0.0, 1e-3])
+def test_told_through_the_shoulder_the_arm_folds_up_and_stays(asked, blocks, l):
+    q = np.array(ARMS["planar"].inverse((l, 0.2, 0.0)))
+    for _ in range(3):
+        rates, _ = asked(blocks["planar", "positions"], (-0.3, 0.0, 0.0), q)
+        q = q + PERIOD * rates
+    # psi does not turn about to the other side.
+    found = ARMS["planar"].workspace(q)
+    assert found == pytest.approx((0.0, 0.2, 0.0), abs=ROUNDING)
+
+
 def test_status_says_out_of_reach_through_the_shoulder(asked, blocks):
     # Folded up at l = 0 and told to come in further, the arm stands still.
     q = ARMS["planar"].inverse((0.0, 0.2, 0.0))

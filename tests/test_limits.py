@@ -105,9 +105,10 @@ def test_a_joint_past_its_limit_may_only_come_back(sign):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_rounding_does_not_lock_a_joint_at_its_limit(sign):
-    # The stretched elbow at 0, which an inverse asks to go on by 1e-14 rad/s.
+    # The stretched elbow at 0, which an inverse asks to go on: 5e-8 rad/s for a period
+    # is half the slack.
     limits = JointLimits([0.0, -3.0], [0.0, 3.0], [2.0, 2.0])
-    rates = [1e-14 * sign, 0.5]
+    rates = [5e-8 * sign, 0.5]
     assert bounded_rates(rates, [0.0, 0.0], limits, PERIOD) == (rates, 0)
 
 

@@ -19,7 +19,7 @@ from drake_mobman.parameters import (
     positive,
 )
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.runs.scenario import Scenario
+from drake_mobman.runs.scenario import Teleop
 from drake_mobman.teleop.scripted import Held, Script, Smooth
 
 NOT_FINITE = st.sampled_from([math.nan, math.inf, -math.inf])
@@ -145,9 +145,9 @@ def paths(params, path=()):
             yield (*path, field.name)
 
 
-@given(path=st.sampled_from(sorted(paths(Scenario()))), value=NOT_FINITE)
+@given(path=st.sampled_from(sorted(paths(Teleop()))), value=NOT_FINITE)
 def test_not_finite_is_refused_anywhere_in_a_scenario(path, value):
-    scenario = Scenario()
+    scenario = Teleop()
     holder = scenario
     for key in path[:-1]:
         holder = getattr(holder, key)
@@ -163,5 +163,5 @@ def test_not_finite_is_refused_in_any_segment(index, key):
     segments = [Held(), Smooth(), Held()]
     setattr(segments[index], key, math.nan)
     with pytest.raises(ParameterError) as error:
-        checked(Scenario(source=Script(segments)))
+        checked(Teleop(source=Script(segments)))
     assert error.value.key == f"source.segments[{index}].{key}"

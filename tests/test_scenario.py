@@ -5,8 +5,9 @@ import pytest
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.switching import Switching
 from drake_mobman.runs.scenario import (
-    Scenario,
+    Guided,
     ScenarioError,
+    Teleop,
     load_scenario,
     scenario_paths,
 )
@@ -15,11 +16,12 @@ from drake_mobman.teleop.scripted import Held, Script, Smooth
 
 
 def test_every_default_is_valid():
-    assert load_typed(Scenario, {}) == Scenario()
+    assert load_typed(Teleop, {}) == Teleop()
+    assert load_typed(Guided, {}) == Guided()
 
 
 def test_defaults_are_those_of_table_1():
-    scenario = Scenario()
+    scenario = Teleop()
     assert scenario.period == 0.01
     assert (scenario.robot.upper_link, scenario.robot.lower_link) == (1.0, 1.0)
     limits = scenario.workspace
@@ -124,7 +126,7 @@ def test_override_takes_whole_lists_of_tagged_members():
         ("start.l=-0.1", "out of reach; the nearest is l = 0.0, psi = 0.0, z = 0.0"),
         ("start.z=0.2", "out of reach; the nearest is l = 0.0, psi = 0.0, z = 0.0"),
         ("start.psi=4", "must keep joint shoulder within [-3.4, 4.9] rad"),
-        ("fidelity=perfect", "fidelity: 'perfect' is not valid; must be one of kine"),
+        ("fidelity=perfect", "fidelity: 'perfect' is not valid; must be one of !Kin"),
         ("inverse=newton", "inverse: 'newton' is not valid; must be one of position"),
         ("projection.sigma=0", "projection.sigma: 0.0 is not valid; must be above 0"),
         ("guard.max_v_c=0", "guard.max_v_c: 0.0 is not valid; must be above 0"),
@@ -182,7 +184,7 @@ def test_unknown_scenario_is_refused_with_the_names_that_are_known():
 def test_scenario_from_an_empty_file_is_all_defaults(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text("")
-    assert load_scenario(str(file)) == ("mine", Scenario())
+    assert load_scenario(str(file)) == ("mine", Teleop())
 
 
 def test_tag_by_itself_means_all_defaults():

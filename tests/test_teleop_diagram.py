@@ -14,11 +14,12 @@ from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import read_log
 from drake_mobman.runs.metrics import metrics
 from drake_mobman.runs.motion import hand_motion
-from drake_mobman.runs.scenario import load_scenario, scenario_paths
+from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
 
 DECOMPOSERS = ("blending", "switching")
-EVERY_RUN = [(name, kind) for name in scenario_paths() for kind in DECOMPOSERS]
+SCENARIOS = [f"kwon_{name}" for name in (1, 2, 3, 4, "arbitrary", "dither", "spatial")]
+EVERY_RUN = [(name, kind) for name in SCENARIOS for kind in DECOMPOSERS]
 ROUNDING = 4 * np.finfo(float).eps  # Of a sum of two commands below 1.
 
 
@@ -207,11 +208,11 @@ def test_switching_throws_the_base_where_blending_leads_it():
     assert largest_step("switching") > 5 * largest_step("blending")
 
 
-@pytest.mark.parametrize("name", scenario_paths())
+@pytest.mark.parametrize("name", SCENARIOS)
 def test_hand_of_the_log_is_where_drakes_kinematics_puts_it(name):
     run = run_of(name)
     model = RobotModel(run.scenario.robot)
-    motion = hand_motion(run.log, run.scenario.robot, run.scenario.period)
+    motion = hand_motion(run)
     for k in range(0, len(run.log["time"]), 97):
         q = np.concatenate([run.log["base_pose"][k], run.log["arm_position"][k]])
         model.set_state(q, 0 * q)
@@ -222,8 +223,8 @@ def test_measured_velocity_tends_to_drakes_as_the_step_shrinks():
     def gap(period):
         overrides = [f"period={period}", "duration=20"]
         _, scenario = load_scenario("kwon_arbitrary", overrides)
-        log = simulate(scenario).log
-        motion = hand_motion(log, scenario.robot, period)
+        run = simulate(scenario)
+        log, motion = run.log, hand_motion(run)
         model = RobotModel(scenario.robot)
         gaps = []
         for time in range(1, 20):

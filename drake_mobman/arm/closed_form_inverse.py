@@ -9,8 +9,11 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_mobman import signals
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import ArmStatus, JointLimits, bounded_rates
-from drake_mobman.parameters import checked_period
+from drake_mobman.parameters import ParameterError, checked_period
 from drake_mobman.scalars import Scalar, where
+
+INVERSES = ("positions", "rates")
+"""What may be inverted."""
 
 
 def rates_by_positions(
@@ -60,8 +63,8 @@ def ClosedFormInverse_(T: Any) -> Any:
             - arm_status
 
         Built as `ClosedFormInverse(arm, limits, period, by="positions")`: the arm's
-        kinematics, its joint limits, the control period [s], and whether positions
-        or rates are inverted, "positions" or "rates".
+        kinematics, its joint limits, the control period [s], and what is inverted, one
+        of `INVERSES`. Raises `ParameterError` where one of them is not valid.
         """
 
         def _construct(
@@ -73,6 +76,8 @@ def ClosedFormInverse_(T: Any) -> Any:
             converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
+            if by not in INVERSES:
+                raise ParameterError("by", by, f"must be one of {', '.join(INVERSES)}")
             self.arm, self.limits, self.by = arm, limits, by
             self.period = checked_period(period)
             n = arm.joints

@@ -1,8 +1,8 @@
-"""Any arm, by the Jacobian of its model: damped where it is nearly singular.
+"""Any arm, by the Jacobian of its model, damped where that is nearly singular.
 
-The hand keeps level and turns with the reach, as Kwon's spatial arm does in closed
-form; an arm of seven joints keeps its elbow near a posture meanwhile. Damping after
-Nakamura & Hanafusa (1986), null space after Liegeois (1977).
+The hand keeps level and turns with the reach, as that of Kwon's spatial arm does in
+closed form; a seventh joint keeps the elbow near a posture meanwhile. Damping after
+Nakamura & Hanafusa (1986), the null space after Liegeois (1977).
 """
 
 import dataclasses as dc
@@ -10,38 +10,48 @@ from typing import Any
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.math import RotationMatrix, atan2, cos, inv, sin, sqrt
+from pydrake.math import (
+    RigidTransform,
+    RotationMatrix,
+    atan2,
+    cos,
+    inv,
+    sin,
+    sqrt,
+)
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_mobman.parameters import checked, not_negative, positive
 from drake_mobman.scalars import Scalar, larger
 
+_EYE = np.eye(6)
+
 _TINY = 1e-14
-"""Squared singular value [m^2] that keeps the inverse of a singular matrix finite."""
+"""Square of a singular value [m^2] that an inverse is given to stay finite."""
 
-_CONVERGED = 1e-9
-"""Error of the hand's pose [m] up to which a pose counts as reached."""
+_REACHED = 1e-9
+"""How far from where it is told to be the hand counts as there [m] and [rad]."""
 
-_ITERATIONS = 300
-"""Of `inverse`; poses in reach take five to ten, those out of reach creep."""
+_STEPS = 200
+"""Most that `inverse` takes; in reach, it takes about ten."""
 
 
 @dc.dataclass
 class Damping:
-    """How bounded rates stay, and how fast elbow and hand come back to the posture.
+    """How the rates are bounded, and how arm and hand come back to the posture.
 
     The defaults are for a Franka arm.
     """
 
-    # The wrist's scale: a joint there moves the tool about as far as it turns it.
-    length: float = 0.2  # Weighs a radian of the hand's turning against its way [m].
-    # The singular value is that of the Jacobian with its angular rows in metres.
-    threshold: float = 0.02  # Singular value below which rates are damped [m/rad].
-    # Slow beside the hand: the elbow takes a second, and no rate to speak of.
+    # From the wrist to the tool: one radian there moves it by about this much.
+    length: float = 0.2  # Weighs turning the hand against moving it [m].
+    # On the smallest singular value, with rotational rows times `length`.
+    threshold: float = 0.02  # Below it the rates are damped [m].
+    # Slow beside the hand, which the elbow is not to disturb.
     posture_gain: float = 1.0  # Joint rates per distance from the posture [1/s].
-    posture_speed: float = 0.5  # Largest norm of these, before projection [rad/s].
-    # What Euler steps at 100 Hz tilt the hand by is taken back as fast as it grows.
-    level_gain: float = 1.0  # Turning of a hand that is not level, per tilt [1/s].
+    posture_speed: float = 0.5  # Largest norm of these [rad/s].
+    # Takes back what a servo's lag, or someone's hand on the arm, has tilted.
+    level_gain: float = 1.0  # Turning rate of the hand per tilt [1/s].
 
     def check(self) -> None:
         """Raises `ParameterError` where a gain is negative or nothing is damped."""
@@ -49,91 +59,260 @@ class Damping:
         not_negative(self, "posture_gain", "posture_speed", "level_gain")
 
 
-def hand_twist(l: Scalar, psi: Scalar, workspace_rates: Any) -> Any:
-    """Returns V_BE (6,), rotational [rad/s] then translational [m/s], in B.
-
-    The hand goes along the reach, across it and up, and turns with it.
-
-    Args:
-        l: reach of E [m].
-        psi: its direction in B [rad].
-        workspace_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
-    """
-    v_m, omega_m, v_z = workspace_rates
-    c, s, across = cos(psi), sin(psi), l * omega_m
-    nil = 0.0 * omega_m
-    return np.array([nil, nil, omega_m, c * v_m - s * across, s * v_m + c * across, v_z])
+def tilt(R: Any, R_level: Any) -> Any:
+    """Returns the rotation (3,) from `R` to `R_level`, axis times sine of angle."""
+    M = R_level @ R.T
+    return 0.5 * np.array([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1]])
 
 
-def damped_pseudo_inverse(J: Any, length: float, threshold: float) -> tuple[Any, bool]:
-    """Returns J^T (J J^T + lambda^2 I)^-1 (n, 6), and whether lambda is above 0.
+def damped_pseudo_inverse(J: Any, damping: Damping) -> tuple[Any, Scalar]:
+    """Returns J^T (J J^T + lambda^2 I)^-1 (n, 6), and 1 where lambda > 0, else 0.
 
-    What is told from singular is w = trace((J J^T)^-1)^(-1/2): it lies between the
-    smallest singular value and that over sqrt(6). lambda grows smoothly from 0 at
-    w = threshold to the threshold itself at w = 0, so that no row is ever multiplied
-    by more than 1 / (2 lambda).
+    How near to singular J is tells w = trace((J J^T)^-1)^(-1/2), which is at most the
+    smallest singular value and at least 1/sqrt(6) of it. lambda is 0 down to
+    w = threshold, whence it grows smoothly to the threshold itself at w = 0: nothing
+    is ever multiplied by more than about 1 / threshold.
 
     Args:
-        J: Jacobian of V_BE (6, n), rotational rows first.
-        length: what rotational rows are multiplied by, so that all are in metres [m].
-        threshold: on w [m/rad].
+        J: Jacobian (6, n) of V_BE, rotational rows first.
+        damping: its `length` weighs these rows, its `threshold` bounds w.
     """
-    weights = np.array([length] * 3 + [1.0] * 3)
-    scaled = J * weights[:, None]
+    weights = np.array([damping.length] * 3 + [1.0] * 3)
+    scaled = weights[:, None] * J
     gram = scaled @ scaled.T
     inverse = inv(gram + _TINY * _EYE)
-    near = larger(1.0 - 1.0 / (np.trace(inverse) * threshold**2), 0.0)
+    w_squared = 1.0 / np.trace(inverse)
+    near = larger(1.0 - w_squared / damping.threshold**2, 0.0)
     if near > 0:
-        inverse = inv(gram + (threshold * near) ** 2 * _EYE)
-    return scaled.T @ inverse * weights, bool(near > 0)
-
-
-_EYE = np.eye(6)
+        inverse = inv(gram + (near * damping.threshold) ** 2 * _EYE)
+    return scaled.T @ inverse * weights, 1.0 if near > 0 else 0.0
 
 
 class JacobianArm:
     """An arm of six joints or more, for float and AutoDiffXd: an `ArmKinematics`.
 
-    S is where the model has the first joint, which turns about B's z axis. psi is
-    told from that joint on, so that it goes on where the arm turns past the back.
+    S is where the model has the first joint, which turns about B's z axis. psi is told
+    from that joint on, so that it has no jump where the arm points backwards. The hand
+    is level where it is turned to its reach as at the posture. The posture turns with
+    the reach, so that the arm moves alike in all directions.
 
-    The model is asked in a context that is overwritten with each call: one object is
+    The model is asked in a context of its own that each call overwrites: one object is
     not for two threads.
     """
 
     def __init__(
         self, plant: Any, posture: Any, damping: Damping | None = None
     ) -> None:
-        """Takes a finished plant whose last positions are the arm's joints.
+        """Takes a finished plant whose last positions are the arm's.
 
         Args:
             plant: `MultibodyPlant` with links `base` (B), `tee` (T) and `tool` (E).
-            posture: joint angles (n,) [rad] to stay near; the hand is level there.
-            damping: by default, that for a Franka arm.
+            posture: joint angles (n,) to stay near, the hand level [rad].
+            damping: that for a Franka arm unless given.
 
         Raises:
             ParameterError: where `damping` is not valid.
-            ValueError: where the arm has fewer than six joints, or its first does not
-                turn about B's z axis.
+            ValueError: where the arm has fewer than six joints, or its first joint
+                does not turn about B's z axis.
         """
         self.damping = checked(damping or Damping())
         self.posture = np.array(posture, dtype=float)
         self.joints = n = len(self.posture)
         if n < 6:
-            raise ValueError(f"a level hand takes 6 joints or more, not {n}")
+            raise ValueError(f"a level hand takes six joints, and the arm has {n}")
         self._lower = plant.GetPositionLowerLimits()[-n:]
         self._upper = plant.GetPositionUpperLimits()[-n:]
-        self._models = {float: (plant, plant.CreateDefaultContext())}
-
-        context, B, E = self._at(self.posture)
-        if not np.allclose(self._J(context, B, E)[:3, 0], [0, 0, 1]):
+        model = _Model(plant, n)
+        self._models = {float: model}
+        model.set(self.posture)
+        if not np.allclose(model.J_V_BE()[:3, 0], [0, 0, 1]):
             raise ValueError("the arm's first joint does not turn about B's z axis")
+        self.p_BS = tuple(model.p_BS().tolist())
+        X_BE = model.X_BE()
+        self._bearing = self._hand(X_BE, self.posture)[1]
+        turned_back = _turned(-self.posture[0] - self._bearing)
+        self._R_level = turned_back @ X_BE.rotation().matrix()
+
+    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns l, psi, z of the tool."""
+        l, bearing, z = self._hand(self._at(q).X_BE(), q)
+        return l, q[0] + bearing, z
+
+    def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns the wrist centre's position in B."""
+        x, y, z = self._at(q).p_BT().tolist()
+        return x, y, z
+
+    def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
+        """Returns the joint rates (n,) that move the hand and keep the posture."""
+        hand, posture, _ = self.hand_and_posture_rates(q, workspace_rates)
+        return [a + b for a, b in zip(hand, posture, strict=True)]
+
+    def hand_and_posture_rates(
+        self, q: Any, workspace_rates: Any
+    ) -> tuple[list[Scalar], list[Scalar], Scalar]:
+        """Returns the joint rates in two parts, and 1 where they are damped, else 0.
+
+        The first part (n,) moves the hand as told and takes back its tilt; the second
+        (n,) brings the joints nearer to the posture and leaves the hand where it is.
+
+        Args:
+            q: joint angles (n,) [rad].
+            workspace_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
+        """
+        damping = self.damping
+        model = self._at(q)
+        X_BE, J = model.X_BE(), model.J_V_BE()
+        bearing = self._hand(X_BE, q)[1]
+        psi = q[0] + bearing
+        v_m, omega_m, v_z = workspace_rates
+
+        # What is left of V_BE where the first joint turns all with omega_m.
+        R_level = _turned(psi) @ self._R_level
+        w = damping.level_gain * tilt(X_BE.rotation().matrix(), R_level)
+        V_BE = np.append(w, [v_m * cos(psi), v_m * sin(psi), v_z])
+
+        away = self.posture - q
+        away[0] = _wrapped(bearing - self._bearing)
+        pull = _shortened(damping.posture_gain * away, damping.posture_speed)
+
+        J_plus, damped = damped_pseudo_inverse(J, damping)
+        hand = (J_plus @ V_BE).tolist()
+        hand[0] += omega_m
+        return hand, (pull - J_plus @ (J @ pull)).tolist(), damped
+
+    def is_near_singular(self, q: Any) -> Scalar:
+        """Returns 1 where `rates` is damped, else 0."""
+        return damped_pseudo_inverse(self._at(q).J_V_BE(), self.damping)[1]
+
+    def inverse(self, workspace: Any) -> list[float]:
+        """Returns the joint angles (n,) of the level hand at `workspace`; of floats.
+
+        By steps after Levenberg and Marquardt from the posture, turned to psi. Out of
+        reach, what they end at is near in position and, weighted, in rotation.
+        """
+        return self._nearest(workspace)[0].tolist()
+
+    def is_in_reach(self, workspace: Any) -> bool:
+        """Returns whether `inverse` brings the hand to `workspace`, and level."""
+        q, error = self._nearest(workspace)
+        missed = np.abs(np.subtract(self.workspace(q), workspace))
+        return bool(max(error, *missed) < _REACHED)
+
+    def _at(self, q: Any) -> "_Model":
+        """Returns the model for the scalars of `q`, with its joints there."""
+        scalar = AutoDiffXd if isinstance(q[0], AutoDiffXd) else float
+        if scalar not in self._models:
+            plant = self._models[float].plant.ToScalarType[scalar]()
+            self._models[scalar] = _Model(plant, self.joints)
+        model = self._models[scalar]
+        model.set(q)
+        return model
+
+    def _hand(self, X_BE: Any, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns reach of E, bearing from the first joint's zero, and height."""
+        x, y, z = (X_BE.translation() - self.p_BS).tolist()
+        c, s = cos(q[0]), sin(q[0])
+        return sqrt(x * x + y * y), atan2(c * y - s * x, c * x + s * y), z
+
+    def _nearest(self, workspace: Any) -> tuple[Any, float]:
+        """Returns joint angles (n,), and the weighted error of the hand's pose [m]."""
+        l, psi, z = map(float, workspace)
+        l = larger(l, 0.0)
+        R = RotationMatrix(_turned(psi) @ self._R_level)
+        X_BD = RigidTransform(R, np.add(self.p_BS, (l * cos(psi), l * sin(psi), z)))
+        q = self.posture.copy()
+        q[0] = psi - self._bearing
+        q = np.clip(q, self._lower, self._upper)
+        error, J = self._error(q, X_BD)
+        mu = 1e-3
+        for _ in range(_STEPS):
+            free = np.where(J.T @ error > 0, q < self._upper, q > self._lower)
+            J_free = J * free
+            step = J_free.T @ inv(J_free @ J_free.T + mu * _EYE) @ error
+            next_q = np.clip(q + step, self._lower, self._upper)
+            next_error, next_J = self._error(next_q, X_BD)
+            if next_error @ next_error < error @ error:
+                q, error, J = next_q, next_error, next_J
+                mu = max(0.1 * mu, 1e-8)
+            elif mu > 1e3:
+                break
+            else:
+                mu *= 10
+        return q, float(np.linalg.norm(error))
+
+    def _error(self, q: Any, X_BD: Any) -> tuple[Any, Any]:
+        """Returns what E lacks to D (6,), and the Jacobian (6, n), both weighted."""
+        model = self._at(q)
+        X_BE = model.X_BE()
+        turn = (X_BD.rotation() @ X_BE.rotation().inverse()).ToAngleAxis()
+        weight = self.damping.length
+        error = np.append(
+            weight * turn.angle() * turn.axis(),
+            X_BD.translation() - X_BE.translation(),
+        )
+        J = model.J_V_BE()
+        J[:3] *= weight
+        return error, J
+
+
+class _Model:
+    """The robot at one scalar type, its base at rest at the origin of W."""
+
+    def __init__(self, plant: Any, joints: int) -> None:
+        self.plant = plant
+        self._context = plant.CreateDefaultContext()
+        self._q = plant.GetPositions(self._context)
+        self._arm = slice(len(self._q) - joints, None)
+        self._B, self._T, self._E = map(plant.GetFrameByName, ("base", "tee", "tool"))
+
+    def set(self, q: Any) -> None:
+        """Takes the arm's joint angles (n,)."""
+        self._q[self._arm] = q
+        self.plant.SetPositions(self._context, self._q)
+
+    def p_BS(self) -> Any:
+        """Returns where the first joint's child has it (3,)."""
+        joints = map(self.plant.get_joint, self.plant.GetJointIndices())
         first = next(
             joint
-            for joint in map(plant.get_joint, plant.GetJointIndices())
-            if joint.num_positions() and joint.position_start() == len(self._base)
+            for joint in joints
+            if joint.num_positions() and joint.position_start() == self._arm.start
         )
-        S = first.frame_on_child().CalcPose(context, B)
-        self.p_BS = tuple(S.translation().tolist())
-        _, self._psi, _, R_BE = self._hand(self.posture, context, B, E)
-        self._R_level = _turned(-self._psi) @ R_BE
+        return first.frame_on_child().CalcPose(self._context, self._B).translation()
+
+    def p_BT(self) -> Any:
+        """Returns the position of T (3,)."""
+        return self._T.CalcPose(self._context, self._B).translation()
+
+    def X_BE(self) -> Any:
+        """Returns the pose of E."""
+        return self._E.CalcPose(self._context, self._B)
+
+    def J_V_BE(self) -> Any:
+        """Returns the Jacobian (6, n) by the arm's joints, rotational rows first."""
+        return self.plant.CalcJacobianSpatialVelocity(
+            self._context,
+            JacobianWrtVariable.kV,
+            self._E,
+            np.zeros(3),
+            self._B,
+            self._B,
+        )[:, self._arm]
+
+
+def _turned(psi: Scalar) -> Any:
+    """Returns the matrix (3, 3) of a rotation by `psi` about z."""
+    c, s = cos(psi), sin(psi)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _wrapped(angle: Scalar) -> Scalar:
+    """Returns the same angle between -pi and pi."""
+    return atan2(sin(angle), cos(angle))
+
+
+def _shortened(vector: Any, longest: float) -> Any:
+    """Returns `vector`, or the one in its direction that is `longest` long."""
+    squared = vector @ vector
+    return vector * (longest / sqrt(squared)) if squared > longest**2 else vector

@@ -1,4 +1,4 @@
-"""What blocks ask of an arm that has a closed form."""
+"""What blocks ask of an arm."""
 
 from typing import Any, Protocol
 
@@ -6,7 +6,10 @@ from drake_mobman.scalars import Scalar
 
 
 class ArmKinematics(Protocol):
-    """An arm in closed form, for any scalar; all angles in rad, lengths in m."""
+    """An arm by its kinematics: all angles in rad, lengths in m.
+
+    In closed form for any scalar; by a model for float and AutoDiffXd.
+    """
 
     @property
     def joints(self) -> int:

@@ -24,9 +24,6 @@ from drake_mobman.parameters import (
 )
 from drake_mobman.scalars import Scalar, larger, smaller, where
 
-FIELD_ZONE = "field_zone"
-"""1: what the field asks for at `p_BT`, a sum of `Zone` flags."""
-
 
 class Zone(enum.IntFlag):
     """What the field asks of the base (fig. 1)."""
@@ -224,7 +221,7 @@ def VelocityFieldController_(T: Any) -> Any:
             check_zones(params, reach)
             self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
             self.DeclareVectorOutputPort(signals.BASE_COMMAND, 2, self._calc_base)
-            self.DeclareVectorOutputPort(FIELD_ZONE, 1, self._calc_zone)
+            self.DeclareVectorOutputPort(signals.FIELD_ZONE, 1, self._calc_zone)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(self, other.params, other.reach, converter=converter)

@@ -32,7 +32,7 @@ class Workspace:
 class Projection:
     """How the base's speed follows from its projection on the reach (eqs. 10, 11)."""
 
-    sigma: float = 0.5  # Width of the stop at |psi| = pi/2 [rad]; |v_b| < 1.35 |v_bm|.
+    sigma: float = 0.5  # Width of the stop at |psi| = pi/2 [rad]; |v_b| < 1.352 |v_bm|.
 
     def check(self) -> None:
         """Raises `ParameterError` unless `sigma` is above zero."""

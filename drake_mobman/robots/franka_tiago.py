@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import positive
-from drake_mobman.robots.model import filled_urdf
+from drake_mobman.robots.model import RobotModel, filled_urdf
 
 POSTURE = (0.0, 0.4, 0.0, -2.1, 0.0, 2.5, math.pi / 4)
 """Angles of joints 1 to 7 to start from and to fall back to [rad].
@@ -30,6 +32,15 @@ class FrankaTiago:
     def urdf(self) -> str:
         """Returns the robot as URDF."""
         return filled_urdf("franka_tiago", mount=self.mount)
+
+    def reach(self) -> Reach:
+        """Returns the arm as a velocity field sees it, measured on the model."""
+        arm = reduced_arm(RobotModel(self).plant)
+        return Reach(arm.l_0, arm.r_f, arm.p_BS[0])
+
+    def arm(self) -> JacobianArm:
+        """Returns the arm's kinematics, by its Jacobian."""
+        return JacobianArm(RobotModel(self).plant, POSTURE)
 
 
 @dc.dataclass(frozen=True)

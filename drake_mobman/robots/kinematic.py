@@ -1,5 +1,6 @@
 """The robot at fidelity `kinematic`: it does what it is told, by Euler steps."""
 
+import dataclasses as dc
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,11 @@ from drake_mobman import signals
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import checked_period
 from drake_mobman.robots.model import BASE_JOINTS
+
+
+@dc.dataclass
+class Kinematic:
+    """The robot does what it is told, by Euler steps of the control period."""
 
 
 @TemplateSystem.define("KinematicRobot_")

@@ -11,6 +11,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.base.velocity_field import Reach
 
 BASE_JOINTS = 3
 """x, y and theta stand first among a robot's positions; the arm's joints follow."""
@@ -23,7 +24,10 @@ class Robot(Protocol):
         """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
 
     def arm(self) -> ArmKinematics:
-        """Returns the arm's kinematics in closed form."""
+        """Returns the arm's kinematics."""
+
+    def reach(self) -> Reach:
+        """Returns the arm as a velocity field sees it."""
 
 
 def filled_urdf(name: str, **lengths: float) -> str:

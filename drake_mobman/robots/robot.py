@@ -4,19 +4,27 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.arm.workspace_sensor import WorkspaceSensor
-from drake_mobman.robots.kinematic import KinematicRobot
+from drake_mobman.robots.kinematic import Kinematic, KinematicRobot
 from drake_mobman.robots.model import Robot
+from drake_mobman.robots.servo import Servo, make_servo_robot
 
 
-def make_robot(robot: Robot, start: list[float], period: float) -> Diagram:
-    """Returns the robot at fidelity `kinematic`.
+def make_robot(
+    robot: Robot,
+    start: list[float],
+    period: float,
+    fidelity: Kinematic | Servo | None = None,
+    *,
+    free_arm: bool = False,
+) -> Diagram:
+    """Returns the robot at a fidelity; no controller knows which.
 
     .. pydrake_system::
 
         name: robot
         input_ports:
         - base_sent
-        - arm_velocity_command
+        - arm_velocity_command (unless the arm is free)
         output_ports:
         - base_pose
         - base_velocity
@@ -28,8 +36,12 @@ def make_robot(robot: Robot, start: list[float], period: float) -> Diagram:
     Args:
         robot: which one.
         start: positions (3 + n,) of base and arm.
-        period: Euler step [s].
+        period: control period [s], at `Kinematic` the Euler step too.
+        fidelity: `Kinematic` by default.
+        free_arm: see `make_servo_robot`, which alone has forces.
     """
+    if isinstance(fidelity, Servo):
+        return make_servo_robot(robot, fidelity, start, period, free_arm=free_arm)
     builder = DiagramBuilder()
     body = builder.AddNamedSystem("kinematic", KinematicRobot(start, period))
     sensor = builder.AddNamedSystem("sensor", WorkspaceSensor(robot.arm()))

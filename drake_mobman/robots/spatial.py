@@ -3,6 +3,7 @@
 import dataclasses as dc
 
 from drake_mobman.arm.spatial import SpatialArm
+from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import not_negative, positive
 from drake_mobman.robots.model import filled_urdf
 
@@ -32,6 +33,11 @@ class Spatial:
             ahead=self.shoulder_ahead,
             height=self.shoulder_height,
         )
+
+    def reach(self) -> Reach:
+        """Returns the arm as a velocity field sees it."""
+        r_f = self.upper_link + self.lower_link
+        return Reach(self.shoulder_height, r_f, self.shoulder_ahead)
 
     def arm(self) -> SpatialArm:
         """Returns the arm's kinematics in closed form."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_mobman import __version__, signals
 from drake_mobman.decomposers.share import Workspace
+from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import Log
 from drake_mobman.runs.motion import hand_motion, manipulability
 from drake_mobman.runs.simulate import Run
@@ -27,38 +28,57 @@ def metrics(run: Run) -> dict[str, Any]:
     }
     if not len(log["time"]):
         return {"died": run.died, "versions": versions}
-    motion = hand_motion(log, scenario.robot, scenario.period)
-    error = np.linalg.norm(motion.error, axis=1)
     sent = log[signals.BASE_SENT]
-    ticks = run.tick_times * 1e6
-    return {
-        "ee_error_rms": _rms(error),
-        "ee_error_max": _largest(error),
-        "ee_drift_max": _largest(motion.drift(scenario.period)),
-        "workspace_excess_max": workspace_excess(log, scenario.workspace),
-        "authority_flips": {
-            "linear": authority_flips(log, 0),
-            "angular": authority_flips(log, 1),
-        },
+    of_the_hand = _guided(log) if signals.HAND_FORCE in log else _commanded(run)
+    return of_the_hand | {
         "base_speed_max": _largest(sent[:, 0]),
         "base_yaw_rate_max": _largest(sent[:, 1]),
         "joint_speed_max": _largest(log[signals.ARM_VELOCITY]),
         "base_jerk_rms": _rms(np.diff(sent[:, 0], 2) / scenario.period**2),
         "lateral_slip_max": _largest(log[signals.BASE_VELOCITY][:, 1]),
-        "manipulability_min": float(np.min(manipulability(log, scenario.robot))),
-        "commands_refused": int(np.count_nonzero(log[signals.GUARD_STATUS])),
-        "step_time_us": {
-            "mean": float(np.mean(ticks)),
-            "median": float(np.median(ticks)),
-            "p99": float(np.percentile(ticks, 99)),
-            "max": float(np.max(ticks)),
-        }
-        if len(ticks)
-        else None,
+        "manipulability_min": float(np.min(manipulability(run))),
+        "joint_margin_min": joint_margin(run),
+        "step_time_us": _spread(run.tick_times * 1e6),
         "real_time_factor": float(log["time"][-1] / run.wall_time),
         "died": run.died or None,
         "versions": versions,
     }
+
+
+def _commanded(run: Run) -> dict[str, Any]:
+    """Returns the metrics of a hand that is commanded."""
+    log, motion = run.log, hand_motion(run)
+    error = np.linalg.norm(motion.error, axis=1)
+    return {
+        "ee_error_rms": _rms(error),
+        "ee_error_max": _largest(error),
+        "ee_drift_max": _largest(motion.drift(run.scenario.period)),
+        "workspace_excess_max": workspace_excess(log, run.scenario.workspace),
+        "authority_flips": {
+            "linear": authority_flips(log, 0),
+            "angular": authority_flips(log, 1),
+        },
+        "commands_refused": int(np.count_nonzero(log[signals.GUARD_STATUS])),
+    }
+
+
+def _guided(log: Log) -> dict[str, Any]:
+    """Returns the metrics of a hand that pulls; its error is told while it holds."""
+    gap = np.linalg.norm(
+        log[signals.HAND_POSITION] - log[signals.TOOL_POSITION], axis=1
+    )
+    force = np.linalg.norm(log[signals.HAND_FORCE], axis=1)
+    return {
+        "hand_force_max": _largest(force),
+        "hand_error_max": _largest(gap[force > 0]),
+    }
+
+
+def joint_margin(run: Run) -> float:
+    """Returns how near a joint of the arm came to a limit [rad]; below 0, past it."""
+    limits = RobotModel(run.scenario.robot).limits
+    q = run.log[signals.ARM_POSITION]
+    return float(min(np.min(q - limits.lower), np.min(limits.upper - q)))
 
 
 def workspace_excess(log: Log, limits: Workspace) -> dict[str, float]:
@@ -83,6 +103,17 @@ def authority_flips(log: Log, component: int) -> int:
     given = command != 0
     with_base = share[given] / command[given] > 0.5
     return int(np.count_nonzero(with_base[1:] != with_base[:-1]))
+
+
+def _spread(times: np.ndarray) -> dict[str, float] | None:
+    if not times.size:
+        return None
+    return {
+        "mean": float(np.mean(times)),
+        "median": float(np.median(times)),
+        "p99": float(np.percentile(times, 99)),
+        "max": float(np.max(times)),
+    }
 
 
 def _rms(x: np.ndarray) -> float | None:

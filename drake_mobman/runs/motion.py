@@ -5,9 +5,12 @@ import dataclasses as dc
 import numpy as np
 
 from drake_mobman import signals
-from drake_mobman.arm.kinematics import ArmKinematics
-from drake_mobman.robots.model import Robot, RobotModel
-from drake_mobman.runs.log import Log
+from drake_mobman.robots.kinematic import Kinematic
+from drake_mobman.robots.model import RobotModel
+from drake_mobman.runs.simulate import Run
+
+_INSTANT = 1e-5
+"""Half a difference's step [s]: its error is some 1e-10 m/s, as is rounding's."""
 
 
 @dc.dataclass(frozen=True)
@@ -43,19 +46,14 @@ class HandMotion:
         return np.linalg.norm(self.position - self.led(period), axis=1)
 
 
-def hand_motion(log: Log, robot: Robot, period: float) -> HandMotion:
-    """Returns the hand's motion in a log.
-
-    Args:
-        log: as `read_log` returns it.
-        robot: that moved.
-        period: the robot's Euler step [s].
-    """
+def hand_motion(run: Run) -> HandMotion:
+    """Returns the hand's motion in a run; not commanded, it is commanded to rest."""
+    log, arm = run.log, run.scenario.robot.arm()
     l, psi = log[signals.WORKSPACE][:, 0], log[signals.WORKSPACE][:, 1]
     x, y, theta = log[signals.BASE_POSE].T
     forward, sideways, omega = log[signals.BASE_VELOCITY].T
-    d = robot.arm().p_BS[0]
-    rates = workspace_rates(log, robot.arm(), period)
+    d = arm.p_BS[0]
+    rates = workspace_rates(run)
     c, s = np.cos(psi), np.sin(psi)
     # The shoulder's velocity, in B's axes, carries the arm.
     left = sideways + omega * d
@@ -69,7 +67,7 @@ def hand_motion(log: Log, robot: Robot, period: float) -> HandMotion:
         ],
         1,
     )
-    v_c, omega_c, _ = log[signals.EE_COMMAND].T
+    v_c, omega_c, _ = log.get(signals.EE_COMMAND, np.zeros((len(l), 3))).T
     return HandMotion(
         position=position,
         axes=axes,
@@ -78,20 +76,28 @@ def hand_motion(log: Log, robot: Robot, period: float) -> HandMotion:
     )
 
 
-def workspace_rates(log: Log, arm: ArmKinematics, period: float) -> np.ndarray:
+def workspace_rates(run: Run) -> np.ndarray:
     """Returns the rates of `workspace` that the arm truly made (N, 3).
 
-    At fidelity `kinematic` the joints go straight for a whole Euler step, so these
-    are mean rates over the step.
+    At fidelity `Kinematic` the joints go straight for a whole Euler step, so these are
+    mean rates over the step; else they are those of the instant.
     """
-    now = log[signals.WORKSPACE]
-    after = log[signals.ARM_POSITION] + period * log[signals.ARM_VELOCITY]
-    return (np.array([arm.workspace(q) for q in after]) - now) / period
+    log, arm = run.log, run.scenario.robot.arm()
+    q, v = log[signals.ARM_POSITION], log[signals.ARM_VELOCITY]
+
+    def workspace_after(time: float) -> np.ndarray:
+        return np.array([arm.workspace(sample) for sample in q + time * v])
+
+    if isinstance(run.scenario.fidelity, Kinematic):
+        period = run.scenario.period
+        return (workspace_after(period) - log[signals.WORKSPACE]) / period
+    after, before = workspace_after(_INSTANT), workspace_after(-_INSTANT)
+    return (after - before) / (2 * _INSTANT)
 
 
-def manipulability(log: Log, robot: Robot) -> np.ndarray:
+def manipulability(run: Run) -> np.ndarray:
     """Returns sqrt(det(J J^T)) of T at each sample (N,)."""
-    model = RobotModel(robot)
+    log, model = run.log, RobotModel(run.scenario.robot)
     q = np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
     still = np.zeros(q.shape[1])
     values = []

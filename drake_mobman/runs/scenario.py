@@ -5,17 +5,24 @@ Layers, later over earlier: the defaults below, the scenario's file, overrides g
 """
 
 import dataclasses as dc
+import math
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 
+from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.velocity_field import VelocityField, check_zones
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
+from drake_mobman.guidance.guiding_hand import Hand
 from drake_mobman.parameters import ParameterError, one_of, positive
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robots.franka_tiago import FrankaTiago
+from drake_mobman.robots.kinematic import Kinematic
+from drake_mobman.robots.model import Robot, RobotModel
 from drake_mobman.robots.planar import Planar
+from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.runs.schema import load_typed, load_yaml, with_override
 from drake_mobman.teleop.guard import Guard
@@ -41,21 +48,16 @@ class External:
 
 @dc.dataclass
 class Scenario:
-    """A robot, its controller, where it starts, and what the operator does."""
+    """A robot, where it starts, and for how long: what all scenarios say."""
 
     description: str = ""  # One line for `mobman list`.
     duration: float = 16.0  # How long [s].
-    period: float = 0.01  # Control period; at `kinematic` the Euler step too [s].
-    fidelity: str = "kinematic"  # Of the robot.
-    robot: Planar | Spatial = dc.field(default_factory=Planar)
+    period: float = 0.01  # Control period; at `Kinematic` the Euler step too [s].
+    fidelity: Kinematic | Servo = dc.field(default_factory=Kinematic)
+    robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=Planar)
     start: Start = dc.field(default_factory=Start)
-    source: Script | External = dc.field(default_factory=Script)
-    guard: Guard = dc.field(default_factory=Guard)
     workspace: Workspace = dc.field(default_factory=Workspace)
-    decomposer: Blending | Switching = dc.field(default_factory=Blending)
-    projection: Projection = dc.field(default_factory=Projection)
     smoother: Smoother = dc.field(default_factory=lambda: Smoother(enabled=False))
-    inverse: str = "positions"  # Of the arm: "positions" or "rates".
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
@@ -64,8 +66,11 @@ class Scenario:
             raise ParameterError(
                 "duration", self.duration, f"must be at least period = {self.period!r}"
             )
-        one_of(self, "fidelity", ("kinematic",))
-        one_of(self, "inverse", ("positions", "rates"))
+        if isinstance(self.fidelity, Servo):
+            try:
+                self.fidelity.check_period(self.period)
+            except ParameterError as error:
+                raise error.below("fidelity") from None
         self.start_position(RobotModel(self.robot))
 
     def start_position(self, model: RobotModel) -> list[float]:
@@ -94,6 +99,87 @@ class Scenario:
         return [at.x, at.y, at.theta, *q]
 
 
+@dc.dataclass
+class Teleop(Scenario):
+    """An operator commands the hand; a decomposer tells base and arm what to do."""
+
+    source: Script | External = dc.field(default_factory=Script)
+    guard: Guard = dc.field(default_factory=Guard)
+    decomposer: Blending | Switching | VelocityField = dc.field(
+        default_factory=Blending
+    )
+    projection: Projection = dc.field(default_factory=Projection)
+    inverse: str = "positions"  # Of an arm with closed form: "positions" or "rates".
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless it can be run."""
+        one_of(self, "inverse", INVERSES)
+        super().check()
+        if isinstance(self.decomposer, VelocityField):
+            _check_field(self.decomposer, "decomposer", self.robot)
+
+
+@dc.dataclass
+class Guided(Scenario):
+    """A hand pulls the free arm by its tool, and the base follows by the field."""
+
+    fidelity: Kinematic | Servo = dc.field(default_factory=Servo)
+    robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=FrankaTiago)
+    start: Start = dc.field(default_factory=lambda: Start(l=0.58, z=-0.21))
+    smoother: Smoother = dc.field(default_factory=Smoother)
+    hand: Hand = dc.field(default_factory=Hand)
+    field: VelocityField = dc.field(default_factory=VelocityField)
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless it can be run."""
+        if not isinstance(self.fidelity, Servo):
+            valid = "must be !Servo, a hand pulls by force"
+            raise ParameterError("fidelity", "!Kinematic", valid)
+        super().check()
+        _check_field(self.field, "field", self.robot)
+        self._check_path()
+
+    def _check_path(self) -> None:
+        """Raises `ParameterError` where the arm cannot follow the hand's path."""
+        arm = self.robot.arm()
+        at = self.start
+        axes = at.theta + at.psi
+        d = arm.p_BS[0]
+        x = at.x + d * math.cos(at.theta) + at.l * math.cos(axes)
+        y = at.y + d * math.sin(at.theta) + at.l * math.sin(axes)
+        z = arm.p_BS[2] + at.z
+        first = self.hand.path[0]
+        gap = math.dist((x, y, z), (first.x, first.y, first.z))
+        if gap > _GRASP:
+            at_tool = f"x = {x:.4f}, y = {y:.4f}, z = {z:.4f}"
+            valid = f"must be where the tool starts, {at_tool}, within {_GRASP:g} m"
+            given = {"x": first.x, "y": first.y, "z": first.z}
+            raise ParameterError("hand.path[0]", given, valid)
+        # The hand's orientation may change, but not by much: T keeps to its height.
+        reach = self.robot.reach()
+        above = arm.p_BT(arm.inverse((at.l, at.psi, at.z)))[2] - z
+        low, high = reach.l_0 - reach.r_f - above, reach.l_0 + reach.r_f - above
+        for i, point in enumerate(self.hand.path):
+            if not low <= point.z <= high:
+                valid = f"out of reach; must be within [{low:.4g}, {high:.4g}] m"
+                raise ParameterError(f"hand.path[{i}].z", point.z, valid)
+
+
+_GRASP = 0.05
+"""How far from the tool a hand may take hold of it [m]."""
+
+
+def _check_field(field: VelocityField, key: str, robot: Robot) -> None:
+    try:
+        check_zones(field, robot.reach())
+    except ParameterError as error:
+        raise error.below(key) from None
+
+
+AnyScenario = Teleop | Guided
+"""A scenario's file says which by a tag at its top; `!Teleop` may be left out."""
+
+
 class ScenarioError(ValueError):
     """A scenario that cannot be run; the message is one line."""
 
@@ -104,7 +190,7 @@ def scenario_paths() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
-def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, Scenario]:
+def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnyScenario]:
     """Returns a scenario and the name of its run folder.
 
     Args:
@@ -132,7 +218,7 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, Scenar
                 raise ParameterError("override", override, "must be key.path=value")
             data = with_override(data, key, load_yaml(value))
         label = f"{path.name} with --set" if overrides else path.name
-        scenario = load_typed(Scenario, data)
+        scenario = load_typed(AnyScenario, data)
     except ParameterError as error:
         raise ScenarioError(f"{label}: {error}") from None
     except (OSError, UnicodeDecodeError) as error:

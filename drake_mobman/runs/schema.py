@@ -75,8 +75,8 @@ def dump_yaml(data: Any) -> str:
 
 
 def dump_typed(obj: Any) -> str:
-    """Returns a dataclass as YAML: every field, and a tag at every union."""
-    return dump_yaml(_plain(obj, type(obj)))
+    """Returns a dataclass as YAML: every field, a tag at every union and at the top."""
+    return dump_yaml({TAG: f"!{type(obj).__name__}"} | _plain(obj, type(obj)))
 
 
 def _plain(obj: Any, schema: Any) -> Any:
@@ -105,17 +105,23 @@ def with_override(data: Any, path: str, value: Any) -> Any:
     return data
 
 
-def load_typed(schema: type, data: Any) -> Any:
-    """Returns an instance of the dataclass `schema` made from YAML data, checked.
+def load_typed(schema: Any, data: Any) -> Any:
+    """Returns an instance of `schema` made from YAML data, checked.
 
-    A member of a union is named by its tag, `!Switching`, or by its bare name in any
-    case, `switching`.
+    The schema is a dataclass, or a union of dataclasses of which a tag at the top names
+    one, by default the first. Below, a member of a union is named by its tag,
+    `!Switching`, or by its bare name in any case, `switching`.
 
     Raises:
         ParameterError: names the key, its value and what is valid.
     """
-    text = dump_yaml(_conformed(data, schema, ""))
-    return checked(yaml_load_typed(schema=schema, data=text))
+    if members := typing.get_args(schema):
+        data = _conformed_union({} if data is None else data, members, "")
+        tag = data.pop(TAG).lstrip("!")
+        (schema,) = (member for member in members if member.__name__ == tag)
+    else:
+        data = _conformed(data, schema, "")
+    return checked(yaml_load_typed(schema=schema, data=dump_yaml(data)))
 
 
 def _conformed(data: Any, schema: Any, path: str) -> Any:
@@ -135,14 +141,16 @@ def _conformed(data: Any, schema: Any, path: str) -> Any:
 
 def _conformed_union(data: Any, members: tuple[Any, ...], path: str) -> Any:
     by_name = {member.__name__.lower(): member for member in members}
-    if isinstance(data, str):
+    if isinstance(data, str) and path:
         data = {TAG: data}
     if not isinstance(data, dict):
-        raise ParameterError(path, data, _tags(members))
+        # Without a tag, keys of the first member's are what would do.
+        valid = _tags(members) if path else _keys(members[0])
+        raise ParameterError(path or "the whole", data, valid)
     name = data.get(TAG, members[0].__name__)
     member = by_name.get(str(name).lstrip("!").lower())
     if member is None:
-        raise ParameterError(path, name, _tags(members))
+        raise ParameterError(path or "the tag at the top", name, _tags(members))
     rest = {key: value for key, value in data.items() if key != TAG}
     return _conformed_mapping(rest, member, path) | {TAG: f"!{member.__name__}"}
 
@@ -151,11 +159,15 @@ def _tags(members: tuple[Any, ...]) -> str:
     return "must be one of " + ", ".join(f"!{member.__name__}" for member in members)
 
 
+def _keys(schema: Any) -> str:
+    names = ", ".join(field.name for field in dc.fields(schema))
+    return f"must be a mapping with keys of {names}"
+
+
 def _conformed_mapping(data: Any, schema: Any, path: str) -> dict[str, Any]:
     fields = {field.name: field.type for field in dc.fields(schema)}
     if not isinstance(data, dict):
-        valid = f"must be a mapping with keys of {', '.join(fields)}"
-        raise ParameterError(path or "the whole", data, valid)
+        raise ParameterError(path or "the whole", data, _keys(schema))
     where = f"{path}." if path else ""
     for key, value in data.items():
         if key not in fields:

@@ -9,9 +9,9 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_mobman import signals
-from drake_mobman.diagrams.teleop import make_teleop_diagram
+from drake_mobman.diagrams import make_diagram
 from drake_mobman.runs.log import Log, read_log, until_not_finite
-from drake_mobman.runs.scenario import Scenario
+from drake_mobman.runs.scenario import AnyScenario
 
 _CHUNK = 10
 """Control periods between two looks at progress and at the state's finiteness."""
@@ -21,7 +21,7 @@ _CHUNK = 10
 class Run:
     """What came of a scenario."""
 
-    scenario: Scenario
+    scenario: AnyScenario
     log: Log  # All of it, or up to where the run died.
     wall_time: float  # Of the simulation, logging included [s].
     tick_times: np.ndarray  # Of control ticks, in order [s].
@@ -30,7 +30,7 @@ class Run:
 
 
 def simulate(
-    scenario: Scenario,
+    scenario: AnyScenario,
     *,
     decomposer: Callable[[], Any] | None = None,
     progress: Callable[[float], None] | None = None,
@@ -43,7 +43,7 @@ def simulate(
         progress: told the time simulated so far [s], now and then.
     """
     make = decomposer or (lambda: None)
-    diagram = make_teleop_diagram(scenario, decomposer=make())
+    diagram = make_diagram(scenario, decomposer=make())
     simulator = Simulator(diagram)
     context = simulator.get_context()
     died, interrupted = "", False
@@ -66,7 +66,7 @@ def simulate(
     return Run(scenario, log, wall_time, ticks, died, interrupted)
 
 
-def _chunk_ends(scenario: Scenario) -> list[float]:
+def _chunk_ends(scenario: AnyScenario) -> list[float]:
     """Returns times to advance to: whole periods, then the end [s]."""
     periods = round(scenario.duration / scenario.period)
     ends = [k * scenario.period for k in range(_CHUNK, periods, _CHUNK)]
@@ -79,25 +79,24 @@ def _check_finite(diagram: Any, context: Any) -> None:
             raise ArithmeticError(f"{name} is not finite any more")
 
 
-def _tick_times(scenario: Scenario, decomposer: Any, most: int = 1000) -> np.ndarray:
+def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.ndarray:
     """Returns how long each of the first control ticks takes [s].
 
-    A tick goes from reading the command to the joint and base commands: guard,
-    decomposer, smoother and arm. It is timed in a run of its own, without loggers,
-    which would have had all signals evaluated before the clock starts.
+    A tick goes from reading the command, or where the hand is, to the joint and base
+    commands. It is timed in a run of its own, without loggers, which would have had all
+    signals evaluated before the clock starts.
     """
-    diagram = make_teleop_diagram(scenario, decomposer=decomposer, logged=False)
+    diagram = make_diagram(scenario, decomposer=decomposer, logged=False)
     simulator = Simulator(diagram)
     simulator.Initialize()
     context = simulator.get_context()
-    given = [
-        diagram.GetOutputPort(name)
-        for name in (f"source.{signals.EE_COMMAND}", signals.WORKSPACE)
-    ]
-    wanted = [
-        diagram.GetOutputPort(name)
-        for name in (signals.BASE_SENT, signals.ARM_VELOCITY_COMMAND)
-    ]
+    given, wanted = (
+        [diagram.GetOutputPort(name) for name in names if diagram.HasOutputPort(name)]
+        for names in (
+            (f"source.{signals.EE_COMMAND}", signals.WORKSPACE, signals.P_BT),
+            (signals.BASE_SENT, signals.ARM_VELOCITY_COMMAND),
+        )
+    )
     times = []
     for k in range(min(most, round(scenario.duration / scenario.period))):
         simulator.AdvanceTo(k * scenario.period)

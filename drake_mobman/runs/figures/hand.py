@@ -128,4 +128,4 @@ def _draw_robot(axes: Axes, pose: np.ndarray, arm: np.ndarray, alpha: float) -> 
 
 
 def _motion(run: Run) -> HandMotion:
-    return hand_motion(run.log, run.scenario.robot, run.scenario.period)
+    return hand_motion(run)

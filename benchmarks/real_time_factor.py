@@ -1,0 +1,67 @@
+"""How much of the bare plant's speed is left with all blocks and loggers.
+
+For each scenario at fidelity `Servo`: its simulated over wall time, beside that of the
+same plant stepped without any block of ours, in one process, turn by turn.
+
+    python benchmarks/real_time_factor.py [SCENARIO ...]
+"""
+
+import platform
+import statistics
+import sys
+import time
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from drake_mobman.diagrams import make_diagram
+from drake_mobman.robots.model import RobotModel
+from drake_mobman.robots.servo import ServoRobot
+from drake_mobman.runs.scenario import AnyScenario, Guided, load_scenario
+
+TURNS = 9
+STRETCH = 2.0  # Simulated in one turn [s].
+
+
+def bare_plant(scenario: AnyScenario) -> Simulator:
+    """Returns a simulator of the scenario's plant alone, its servos told to rest."""
+    guided = isinstance(scenario, Guided)
+    body = ServoRobot(scenario.robot, scenario.fidelity, free_arm=guided)
+    body.plant.SetDefaultPositions(
+        np.array(scenario.start_position(RobotModel(scenario.robot)))
+    )
+    simulator = Simulator(body.plant)
+    port = body.plant.get_desired_state_input_port(body.instance)
+    port.FixValue(simulator.get_mutable_context(), np.zeros(port.size()))
+    return simulator
+
+
+def factor(simulator: Simulator, stretch: float) -> float:
+    """Returns the real-time factor of the next `stretch` [s] of a simulation."""
+    end = simulator.get_context().get_time() + stretch
+    start = time.perf_counter()
+    simulator.AdvanceTo(end)
+    return stretch / (time.perf_counter() - start)
+
+
+def main(names: list[str]) -> None:
+    """Prints both factors and their ratio for each scenario."""
+    print(f"Python {platform.python_version()}, {platform.machine()}")
+    print(f"{'scenario':20} {'whole':>8} {'bare':>8} {'ratio':>6}   spread of the ratio")
+    for name in names:
+        _, scenario = load_scenario(name)
+        whole, bare = Simulator(make_diagram(scenario)), bare_plant(scenario)
+        pairs = []
+        for turn in range(TURNS + 1):
+            pair = factor(whole, STRETCH), factor(bare, STRETCH)
+            if turn:  # The first warms up.
+                pairs.append(pair)
+        ratios = sorted(a / b for a, b in pairs)
+        a, b = (statistics.median(side) for side in zip(*pairs, strict=True))
+        ratio = statistics.median(ratios)
+        spread = f"{ratios[0]:.2f}..{ratios[-1]:.2f}"
+        print(f"{name:20} {a:8.1f} {b:8.1f} {ratio:6.2f}   {spread}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:] or ["petric_guided", "petric_teleop", "kwon_franka"])

@@ -1,0 +1,49 @@
+"""One name is one signal: whoever puts it out feeds all who take it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
+
+from drake_mobman.runs.log import log_signals
+
+Ports = dict[str, Any]
+"""Output ports by the name of the signal that they put out."""
+
+
+def outputs(systems: Sequence[Any]) -> Ports:
+    """Returns all output ports of some systems."""
+    return {
+        port.get_name(): port
+        for system in systems
+        for port in map(system.get_output_port, range(system.num_output_ports()))
+    }
+
+
+def connect_by_name(
+    builder: DiagramBuilder, ports: Ports, systems: Sequence[Any]
+) -> None:
+    """Connects each input of `systems` to the port that puts out its signal."""
+    for system in systems:
+        for i in range(system.num_input_ports()):
+            port = system.get_input_port(i)
+            if port.get_name() in ports:
+                builder.Connect(ports[port.get_name()], port)
+
+
+def finished(
+    builder: DiagramBuilder, name: str, ports: Ports, period: float, *, logged: bool
+) -> Diagram:
+    """Returns the diagram, with every vector signal exported, and logged if wanted."""
+    vectors = {
+        name: port
+        for name, port in ports.items()
+        if port.get_data_type() == PortDataType.kVectorValued
+    }
+    for signal, port in vectors.items():
+        builder.ExportOutput(port, signal)
+    if logged:
+        log_signals(builder, vectors, period)
+    diagram = builder.Build()
+    diagram.set_name(name)
+    return diagram

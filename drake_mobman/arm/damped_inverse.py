@@ -1,0 +1,121 @@
+"""The hand's rates as joint rates, for an arm that has no closed form."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem_, ValueProducer
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_mobman import signals
+from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.limits import (
+    ArmStatus,
+    JointLimits,
+    bounded_rates,
+    filled_rates,
+)
+from drake_mobman.parameters import checked_period
+from drake_mobman.scalars import Scalar
+
+
+def rates_within_limits(
+    arm: JacobianArm, q: Any, command: Any, limits: JointLimits, period: float
+) -> tuple[list[Scalar], Scalar]:
+    """Returns joint rates for the hand, then for the posture, within the limits.
+
+    The hand comes first: a joint that the posture alone would push against its limit
+    does not slow the hand down.
+
+    Args:
+        arm: whose joints these are.
+        q: joint angles (n,) [rad].
+        command: `arm_command`.
+        limits: of the joints.
+        period: for which the rates are held [s].
+
+    Returns:
+        The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps the hand from
+        moving as commanded.
+    """
+    hand, posture, damped = arm.hand_and_posture_rates(q, command)
+    hand, bound = bounded_rates(hand, q, limits, period)
+    rates = filled_rates(hand, posture, q, limits, period)
+    return rates, bound + damped * float(ArmStatus.SINGULAR)
+
+
+@TemplateSystem.define("DampedInverse_", T_list=[float, AutoDiffXd])
+def DampedInverse_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`, float or AutoDiffXd."""
+
+    class Impl(LeafSystem_[T]):
+        """Turns rates of the workspace into joint rates that the arm can make.
+
+        .. pydrake_system::
+
+            name: DampedInverse
+            input_ports:
+            - arm_command
+            - arm_position
+            output_ports:
+            - arm_velocity_command
+            - arm_status
+
+        Built as `DampedInverse(arm, limits, period)`: a `JacobianArm`, its joint
+        limits and the control period [s].
+        """
+
+        def _construct(
+            self,
+            arm: JacobianArm,
+            limits: JointLimits,
+            period: float,
+            converter: Any = None,
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.arm, self.limits = arm, limits
+            self.period = checked_period(period)
+            n = arm.joints
+            self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
+            self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
+            # Both outputs come of one evaluation.
+            self.bounded = self.DeclareCacheEntry(
+                "rates and status",
+                ValueProducer(
+                    allocate=lambda: AbstractValue.Make(()), calc=self._calc_bounded
+                ),
+                {self.all_input_ports_ticket()},
+            )
+            needs = {self.bounded.ticket()}
+            self.DeclareVectorOutputPort(
+                signals.ARM_VELOCITY_COMMAND,
+                n,
+                self._calc_rates,
+                prerequisites_of_calc=needs,
+            )
+            self.DeclareVectorOutputPort(
+                signals.ARM_STATUS, 1, self._calc_status, prerequisites_of_calc=needs
+            )
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(
+                self, other.arm, other.limits, other.period, converter=converter
+            )
+
+        def _calc_bounded(self, context: Any, value: Any) -> None:
+            q, command = self.position.Eval(context), self.command.Eval(context)
+            value.set_value(
+                rates_within_limits(self.arm, q, command, self.limits, self.period)
+            )
+
+        def _calc_rates(self, context: Any, output: Any) -> None:
+            output.SetFromVector(np.array(self.bounded.Eval(context)[0]))
+
+        def _calc_status(self, context: Any, output: Any) -> None:
+            output.SetFromVector(np.array([self.bounded.Eval(context)[1]]))
+
+    return Impl
+
+
+DampedInverse = DampedInverse_[None]

@@ -1,0 +1,51 @@
+"""What the base's motion already does to the hand, and what is left for the arm.
+
+Exact, where the papers leave the hand's sideways slip: with the shoulder at
+p_BS = (d, 0), l_dot = v_c - v_b cos psi - omega_b d sin psi and
+psi_dot = omega_c + (v_b sin psi - omega_b (l + d cos psi)) / l.
+"""
+
+from typing import Any
+
+from pydrake.math import cos, sin
+
+from drake_mobman.scalars import Scalar, larger
+
+_LEAST_REACH = 0.05
+"""Stands in for a shorter reach [m], where no rate of psi would do."""
+
+
+def carried_rates(
+    workspace: Any, v_b: Scalar, omega_b: Scalar, ahead: float
+) -> tuple[Scalar, Scalar]:
+    """Returns how the base moves a hand that keeps still on it.
+
+    Args:
+        workspace: l [m], psi [rad], z [m].
+        v_b: forward speed of the base [m/s].
+        omega_b: its yaw rate [rad/s].
+        ahead: of the shoulder from the base's centre, d [m].
+
+    Returns:
+        The hand's velocity in W along the reach [m/s], and the rate at which its
+        velocity across the reach turns it about the shoulder [rad/s].
+    """
+    l, psi = workspace[0], workspace[1]
+    across = omega_b * (l + ahead * cos(psi)) - v_b * sin(psi)
+    along = v_b * cos(psi) + omega_b * ahead * sin(psi)
+    return along, across / larger(l, _LEAST_REACH)
+
+
+def exact_rest(
+    command: Any, workspace: Any, sent: Any, ahead: float
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Returns the `arm_command` that leaves the hand just as commanded.
+
+    Args:
+        command: `ee_command`.
+        workspace: l [m], psi [rad], z [m].
+        sent: `base_sent`, what the base gets.
+        ahead: of the shoulder from the base's centre, d [m].
+    """
+    along, turning = carried_rates(workspace, sent[0], sent[1], ahead)
+    return command[0] - along, command[1] - turning, command[2]

@@ -1,0 +1,204 @@
+"""The robot at fidelity `servo`: rigid bodies, driven by servos of bounded force."""
+
+import dataclasses as dc
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import PdControllerGains
+from pydrake.symbolic import MakeVectorVariable, cos, sin
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import (
+    MatrixGain,
+    Multiplexer,
+    SymbolicVectorSystem,
+    ZeroOrderHold,
+)
+
+from drake_mobman import signals
+from drake_mobman.arm.workspace_sensor import WorkspaceSensor
+from drake_mobman.base.unicycle import unicycle_rates
+from drake_mobman.parameters import ParameterError, checked, not_negative, positive
+from drake_mobman.robots.model import BASE_JOINTS, Robot
+
+
+@dc.dataclass
+class Servo:
+    """Rigid-body dynamics, with velocity servos on base and arm.
+
+    A servo's torque is its gain times the error of its velocity, up to the joint's
+    effort limit; it is solved for with the step, so a large gain is stable.
+    """
+
+    step: float = 0.002  # Of the plant [s].
+    base_gain: float = 1e6  # Of x and y [N s/m]: 100 N of the arm's slip 0.1 mm/s.
+    yaw_gain: float = 1e5  # Of theta [N m s].
+    arm_gain: float = 1e4  # Of the arm's joints, where they are driven [N m s].
+    joint_damping: float = 1.0  # Of the arm's joints, where they are free [N m s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless step and gains are above zero."""
+        positive(self, "step", "base_gain", "yaw_gain", "arm_gain")
+        not_negative(self, "joint_damping")
+
+    def check_period(self, period: float) -> None:
+        """Raises `ParameterError` unless the control period [s] is whole steps."""
+        if not math.isclose(period / self.step, round(period / self.step) or 1):
+            valid = f"must divide the control period of {period:g} s"
+            raise ParameterError("step", self.step, valid)
+
+
+class ServoRobot:
+    """A robot's `MultibodyPlant` with servos, finished.
+
+    Gravity is off for the whole robot: its base stands on the floor, and its arm is
+    compensated for gravity, as the makers' controllers do it.
+
+    Attributes:
+        plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
+        instance: of the robot in the plant.
+    """
+
+    def __init__(self, robot: Robot, servo: Servo, *, free_arm: bool) -> None:
+        self.plant = MultibodyPlant(servo.step)
+        (self.instance,) = Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
+        gains = {"x": servo.base_gain, "y": servo.base_gain, "theta": servo.yaw_gain}
+        for index in self.plant.GetJointActuatorIndices():
+            actuator = self.plant.get_joint_actuator(index)
+            gain = gains.get(actuator.name(), 0.0 if free_arm else servo.arm_gain)
+            if gain:
+                actuator.set_controller_gains(PdControllerGains(p=0.0, d=gain))
+            else:
+                actuator.joint().set_default_damping(servo.joint_damping)
+        self.plant.set_gravity_enabled(self.instance, False)
+        self.plant.Finalize()
+
+
+def make_servo_robot(
+    robot: Robot, servo: Servo, start: list[float], period: float, *, free_arm: bool
+) -> Diagram:
+    """Returns the robot with rigid-body dynamics.
+
+    Commands are sampled each `period` and held in between, as a robot's own bus does
+    it; nothing outside is asked at the plant's steps.
+
+    .. pydrake_system::
+
+        name: robot
+        input_ports:
+        - base_sent
+        - arm_velocity_command (unless the arm is free)
+        - spatial_forces
+        output_ports:
+        - base_pose
+        - base_velocity
+        - arm_position
+        - arm_velocity
+        - workspace
+        - p_BT
+        - body_poses
+        - body_spatial_velocities
+
+    Args:
+        robot: which one.
+        servo: step and gains.
+        start: positions (3 + n,) of base and arm.
+        period: control period [s], a multiple of the plant's step.
+        free_arm: whether the arm is free and compensated for gravity, to be pulled by
+            hand, instead of driven at `arm_velocity_command`.
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+    checked(servo).check_period(period)
+    body = ServoRobot(robot, servo, free_arm=free_arm)
+    plant = body.plant
+    plant.SetDefaultPositions(np.array(start))
+    n = len(start) - BASE_JOINTS
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("plant", plant)
+    state = plant.get_state_output_port()
+
+    held = []
+    commands = [signals.BASE_SENT] + (
+        [] if free_arm else [signals.ARM_VELOCITY_COMMAND]
+    )
+    for name, size in zip(commands, (2, n), strict=False):
+        hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(period, size))
+        builder.ExportInput(hold.get_input_port(), name)
+        held.append(hold.get_output_port())
+    desired = _joined(builder, [state, *held], _desired_state(n, servo.step, free_arm))
+    builder.Connect(desired, plant.get_desired_state_input_port(body.instance))
+
+    builder.ExportInput(
+        plant.get_applied_spatial_force_input_port(), signals.SPATIAL_FORCES
+    )
+    size = 2 * (BASE_JOINTS + n)
+    for name, first, count in (
+        (signals.BASE_POSE, 0, BASE_JOINTS),
+        (signals.ARM_POSITION, BASE_JOINTS, n),
+        (signals.ARM_VELOCITY, 2 * BASE_JOINTS + n, n),
+    ):
+        pick = builder.AddNamedSystem(
+            name, MatrixGain(np.eye(size)[first : first + count])
+        )
+        builder.Connect(state, pick.get_input_port())
+        builder.ExportOutput(pick.get_output_port(), name)
+    builder.ExportOutput(
+        _joined(builder, [state], _base_velocity(n)), signals.BASE_VELOCITY
+    )
+    sensor = builder.AddNamedSystem("sensor", WorkspaceSensor(robot.arm()))
+    builder.Connect(
+        builder.GetSubsystemByName(signals.ARM_POSITION).get_output_port(),
+        sensor.get_input_port(),
+    )
+    for name in (signals.WORKSPACE, signals.P_BT):
+        builder.ExportOutput(sensor.GetOutputPort(name), name)
+    builder.ExportOutput(plant.get_body_poses_output_port(), signals.BODY_POSES)
+    builder.ExportOutput(
+        plant.get_body_spatial_velocities_output_port(), signals.BODY_VELOCITIES
+    )
+    diagram = builder.Build()
+    diagram.set_name("robot")
+    return diagram
+
+
+def _desired_state(n: int, step: float, free_arm: bool) -> SymbolicVectorSystem:
+    """Returns what the servos are told, from the plant's state and the commands held.
+
+    The base is told to roll along the heading that it will have at the step's end,
+    where an implicit servo makes its velocity: so it does not slide while it turns.
+    """
+    state = MakeVectorVariable(2 * (BASE_JOINTS + n), "x")
+    command = MakeVectorVariable(2 if free_arm else 2 + n, "u")
+    v, omega = command[:2]
+    theta = state[2] + step * omega
+    rates = [] if free_arm else list(command[2:])
+    base = unicycle_rates(theta, v, omega)
+    outputs = [0.0] * (BASE_JOINTS + n) + [*base, *rates, *[0.0] * (n - len(rates))]
+    return SymbolicVectorSystem(input=np.hstack([state, command]), output=outputs)
+
+
+def _base_velocity(n: int) -> SymbolicVectorSystem:
+    """Returns `base_velocity` from the plant's state."""
+    state = MakeVectorVariable(2 * (BASE_JOINTS + n), "x")
+    theta = state[2]
+    x, y, omega = state[BASE_JOINTS + n : 2 * BASE_JOINTS + n]
+    forward = cos(theta) * x + sin(theta) * y
+    sideways = cos(theta) * y - sin(theta) * x
+    return SymbolicVectorSystem(input=state, output=[forward, sideways, omega])
+
+
+def _joined(
+    builder: DiagramBuilder, ports: list[OutputPort], system: Any
+) -> OutputPort:
+    """Adds `system`, fed by all `ports` one after the other, and returns its output."""
+    sizes = [port.size() for port in ports]
+    mux = builder.AddSystem(Multiplexer(sizes))
+    builder.AddSystem(system)
+    for i, port in enumerate(ports):
+        builder.Connect(port, mux.get_input_port(i))
+    builder.Connect(mux.get_output_port(), system.get_input_port())
+    return system.get_output_port()
