@@ -11,11 +11,9 @@ import statistics
 import sys
 import time
 
-import numpy as np
+from drake_mobman.diagrams import make_diagram
 from pydrake.systems.analysis import Simulator
 
-from drake_mobman.diagrams import make_diagram
-from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.servo import ServoRobot
 from drake_mobman.runs.scenario import AnyScenario, Guided, load_scenario
 
@@ -24,16 +22,25 @@ STRETCH = 2.0  # Simulated in one turn [s].
 
 
 def bare_plant(scenario: AnyScenario) -> Simulator:
-    """Returns a simulator of the scenario's plant alone, its servos told to rest."""
+    """Returns a simulator of the scenario's plant alone."""
     guided = isinstance(scenario, Guided)
-    body = ServoRobot(scenario.robot, scenario.fidelity, free_arm=guided)
-    body.plant.SetDefaultPositions(
-        np.array(scenario.start_position(RobotModel(scenario.robot)))
+    return Simulator(
+        ServoRobot(scenario.robot, scenario.fidelity, free_arm=guided).plant
     )
-    simulator = Simulator(body.plant)
-    port = body.plant.get_desired_state_input_port(body.instance)
-    port.FixValue(simulator.get_mutable_context(), np.zeros(port.size()))
-    return simulator
+
+
+def follow(bare: Simulator, whole: Simulator) -> None:
+    """Puts the bare plant where the whole diagram's is, its servos told to go on so."""
+    robot = whole.get_system().GetSubsystemByName("robot")
+    plant = robot.GetSubsystemByName("plant")
+    state = plant.get_state_output_port().Eval(
+        plant.GetMyContextFromRoot(whole.get_context())
+    )
+    alone, context = bare.get_system(), bare.get_mutable_context()
+    alone.SetPositionsAndVelocities(context, state)
+    first = alone.GetJointActuatorIndices()[0]
+    instance = alone.get_joint_actuator(first).model_instance()
+    alone.get_desired_state_input_port(instance).FixValue(context, state)
 
 
 def factor(simulator: Simulator, stretch: float) -> float:
@@ -47,12 +54,15 @@ def factor(simulator: Simulator, stretch: float) -> float:
 def main(names: list[str]) -> None:
     """Prints both factors and their ratio for each scenario."""
     print(f"Python {platform.python_version()}, {platform.machine()}")
-    print(f"{'scenario':20} {'whole':>8} {'bare':>8} {'ratio':>6}   spread of the ratio")
+    print(
+        f"{'scenario':20} {'whole':>8} {'bare':>8} {'ratio':>6}   spread of the ratio"
+    )
     for name in names:
         _, scenario = load_scenario(name)
         whole, bare = Simulator(make_diagram(scenario)), bare_plant(scenario)
         pairs = []
         for turn in range(TURNS + 1):
+            follow(bare, whole)
             pair = factor(whole, STRETCH), factor(bare, STRETCH)
             if turn:  # The first warms up.
                 pairs.append(pair)

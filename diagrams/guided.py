@@ -57,7 +57,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
         "robot",
         make_robot(scenario.robot, start, period, scenario.fidelity, free_arm=True),
     )
-    sensor = add("tool_sensor", ToolSensor(tool))
+    sensor = add("tool_sensor", ToolSensor(model))
     field = add(
         "field", VelocityFieldController(scenario.field, scenario.robot.reach())
     )

@@ -5,6 +5,7 @@ from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 
+from drake_mobman import signals
 from drake_mobman.runs.log import log_signals
 
 Ports = dict[str, Any]
@@ -34,11 +35,15 @@ def connect_by_name(
 def finished(
     builder: DiagramBuilder, name: str, ports: Ports, period: float, *, logged: bool
 ) -> Diagram:
-    """Returns the diagram, with every vector signal exported, and logged if wanted."""
+    """Returns the diagram, with every vector signal exported, and logged if wanted.
+
+    But for `robot_state`, which base and arm put out under names of their own.
+    """
     vectors = {
         name: port
         for name, port in ports.items()
         if port.get_data_type() == PortDataType.kVectorValued
+        and name != signals.ROBOT_STATE
     }
     for signal, port in vectors.items():
         builder.ExportOutput(port, signal)

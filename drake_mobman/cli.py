@@ -157,6 +157,33 @@ def graph(
         refuse(error)
 
 
+@app.command()
+def field(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO")],
+    out: Annotated[Path, typer.Option(help="Where the figures go.")] = Path("field"),
+    set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
+) -> None:
+    """Draws the velocity field that a scenario's base follows."""
+    from drake_mobman.runs.figures.field import field_figures
+    from drake_mobman.runs.run_folder import FolderError, new_folder
+    from drake_mobman.runs.scenario import ScenarioError, field_of, load_scenario
+
+    try:
+        _, loaded = load_scenario(scenario, set_)
+        params = field_of(loaded)
+        if params is None:
+            refuse(
+                f"{scenario}: its base follows no velocity field; petric_guided does"
+            )
+        with new_folder(out) as draft:
+            figures = field_figures(params, loaded.robot.reach(), loaded.smoother)
+            for name, figure in figures:
+                figure.savefig(draft / f"{name}.png")
+    except (ScenarioError, FolderError) as error:
+        refuse(error)
+    console.print(f"written to {out}", highlight=False, markup=False)
+
+
 @contextmanager
 def progress_bar(name: str, duration: float) -> Iterator[Any]:
     """Shows a bar while its body runs, in a terminal; gives what to tell the time."""

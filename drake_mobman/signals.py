@@ -60,8 +60,5 @@ HAND_FORCE = "hand_force"
 SPATIAL_FORCES = "spatial_forces"
 """Forces from outside on bodies: a list of `ExternallyAppliedSpatialForce`."""
 
-BODY_POSES = "body_poses"
-"""Poses of all bodies in W, as `MultibodyPlant` puts them out."""
-
-BODY_VELOCITIES = "body_spatial_velocities"
-"""Velocities of all bodies in W, as `MultibodyPlant` puts them out."""
+ROBOT_STATE = "robot_state"
+"""2 (3 + n): positions of base and arm, then rates, as `MultibodyPlant` has them."""

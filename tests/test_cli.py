@@ -293,3 +293,21 @@ def test_graph_without_graphviz_says_what_to_install(tmp_path, monkeypatch):
 def test_graph_refuses_other_kinds_of_file(tmp_path):
     line = refused("graph", "kwon_1", "--out", tmp_path / "teleop.gif")
     assert "must end in .svg or .dot" in line
+
+
+def test_field_draws_both_laws(tmp_path):
+    out = tmp_path / "new" / "field"
+    assert mobman("field", "petric_guided", "--out", out).exit_code == 0
+    assert files_in(out) == [
+        "field_rest.png",
+        "field_side_printed.png",
+        "field_side_projected.png",
+        "field_top_printed.png",
+        "field_top_projected.png",
+    ]
+
+
+def test_field_of_a_scenario_without_one_is_refused(tmp_path):
+    line = refused("field", "kwon_1", "--out", tmp_path / "field")
+    assert "follows no velocity field" in line
+    assert list(tmp_path.iterdir()) == []

@@ -143,7 +143,12 @@ def test_what_is_never_commanded_is_left_out():
 
 @pytest.mark.parametrize(
     ("name", "decomposer"),
-    [("kwon_1", "switching"), ("kwon_3", "blending"), ("kwon_spatial", "switching")],
+    [
+        ("kwon_1", "switching"),
+        ("kwon_3", "blending"),
+        ("kwon_spatial", "switching"),
+        ("kwon_franka", "blending"),
+    ],
 )
 def test_axes_have_units_and_nothing_is_cut_off(name, decomposer):
     run = run_of(name, f"decomposer={decomposer}", "duration=16")

@@ -101,7 +101,11 @@ class JacobianArm:
     """
 
     def __init__(
-        self, plant: Any, posture: Any, damping: Damping | None = None
+        self,
+        plant: Any,
+        posture: Any,
+        damping: Damping | None = None,
+        reduced: Any = None,
     ) -> None:
         """Takes a finished plant whose last positions are the arm's.
 
@@ -109,6 +113,7 @@ class JacobianArm:
             plant: `MultibodyPlant` with links `base` (B), `tee` (T) and `tool` (E).
             posture: joint angles (n,) to stay near, the hand level [rad].
             damping: that for a Franka arm unless given.
+            reduced: has `p_BT(q)` in closed form, where the arm has one.
 
         Raises:
             ParameterError: where `damping` is not valid.
@@ -116,6 +121,7 @@ class JacobianArm:
                 does not turn about B's z axis.
         """
         self.damping = checked(damping or Damping())
+        self._reduced = reduced
         self.posture = np.array(posture, dtype=float)
         self.joints = n = len(self.posture)
         if n < 6:
@@ -140,6 +146,8 @@ class JacobianArm:
 
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the wrist centre's position in B."""
+        if self._reduced:
+            return self._reduced.p_BT(q)
         x, y, z = self._at(q).p_BT().tolist()
         return x, y, z
 

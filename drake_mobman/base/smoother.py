@@ -87,8 +87,10 @@ def CommandSmoother_(T: Any) -> Any:
             self.params = checked(params)
             self.period = checked_period(period)
             self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
+            # Not time: what depends on it is worked out twice a period.
+            needs = {self.all_input_ports_ticket(), self.xd_ticket()}
             self.sent = self.DeclareVectorOutputPort(
-                signals.BASE_SENT, 2, self._calc_sent
+                signals.BASE_SENT, 2, self._calc_sent, prerequisites_of_calc=needs
             )
             if params.enabled:
                 self.DeclareDiscreteState(2)

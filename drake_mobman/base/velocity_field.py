@@ -220,8 +220,13 @@ def VelocityFieldController_(T: Any) -> Any:
             self.reach = checked(reach)
             check_zones(params, reach)
             self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
-            self.DeclareVectorOutputPort(signals.BASE_COMMAND, 2, self._calc_base)
-            self.DeclareVectorOutputPort(signals.FIELD_ZONE, 1, self._calc_zone)
+            needs = {self.all_input_ports_ticket()}
+            self.DeclareVectorOutputPort(
+                signals.BASE_COMMAND, 2, self._calc_base, prerequisites_of_calc=needs
+            )
+            self.DeclareVectorOutputPort(
+                signals.FIELD_ZONE, 1, self._calc_zone, prerequisites_of_calc=needs
+            )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(self, other.params, other.reach, converter=converter)

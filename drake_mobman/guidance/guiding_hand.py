@@ -16,22 +16,8 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.framework import LeafSystem
 from pydrake.trajectories import PiecewisePolynomial
 
+from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked, positive
-
-TOOL_POSITION = "tool_position"
-"""3: p_WE [m]."""
-
-TOOL_VELOCITY = "tool_velocity"
-"""3: v_WE [m/s] in W."""
-
-HAND_POSITION = "hand_position"
-"""3: p_WH [m], where the hand H is on its path."""
-
-HAND_FORCE = "hand_force"
-"""3: force on the tool at E in W [N]; zero while the hand has let go."""
-
-SPATIAL_FORCES = "spatial_forces"
-"""The same as a list of one `ExternallyAppliedSpatialForce`, for the plant."""
 
 
 @dc.dataclass
@@ -189,17 +175,17 @@ class GuidingHand(LeafSystem):
         self._velocity = self._path.MakeDerivative()
         self._body = body
         self._p_BE = np.array(p_BE, dtype=float)
-        self.tool_position = self.DeclareVectorInputPort(TOOL_POSITION, 3)
-        self.tool_velocity = self.DeclareVectorInputPort(TOOL_VELOCITY, 3)
-        self.DeclareStateOutputPort(HAND_FORCE, self.DeclareDiscreteState(3))
+        self.tool_position = self.DeclareVectorInputPort(signals.TOOL_POSITION, 3)
+        self.tool_velocity = self.DeclareVectorInputPort(signals.TOOL_VELOCITY, 3)
+        self.DeclareStateOutputPort(signals.HAND_FORCE, self.DeclareDiscreteState(3))
         self.DeclareVectorOutputPort(
-            HAND_POSITION,
+            signals.HAND_POSITION,
             3,
             self._calc_position,
             prerequisites_of_calc={self.time_ticket()},
         )
         self.DeclareAbstractOutputPort(
-            SPATIAL_FORCES,
+            signals.SPATIAL_FORCES,
             lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]),
             self._calc_spatial_forces,
             prerequisites_of_calc={self.xd_ticket()},

@@ -2,45 +2,58 @@
 
 from typing import Any
 
-from pydrake.common.value import Value
-from pydrake.math import RigidTransform
-from pydrake.multibody.math import SpatialVelocity
-from pydrake.systems.framework import LeafSystem
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import Demultiplexer
 
 from drake_mobman import signals
+from drake_mobman.robots.model import RobotModel
 
 
-class ToolSensor(LeafSystem):
-    """Tells one body's origin and velocity from those of all bodies.
+class ToolSensor(Diagram):
+    """Tells the tool's position and velocity from the state of base and arm.
 
     .. pydrake_system::
 
         name: ToolSensor
         input_ports:
-        - body_poses
-        - body_spatial_velocities
+        - robot_state
         output_ports:
         - tool_position
         - tool_velocity
 
     Args:
-        body: index of the tool's body in the plant.
+        model: of the robot.
     """
 
-    def __init__(self, body: Any) -> None:
+    def __init__(self, model: RobotModel) -> None:
         super().__init__()
-        self.body = int(body)
-        self.poses = self.DeclareAbstractInputPort(
-            signals.BODY_POSES, Value[list[RigidTransform]]()
-        )
-        self.velocities = self.DeclareAbstractInputPort(
-            signals.BODY_VELOCITIES, Value[list[SpatialVelocity]]()
-        )
-        self.DeclareVectorOutputPort(signals.TOOL_POSITION, 3, self._calc_position)
-        self.DeclareVectorOutputPort(signals.TOOL_VELOCITY, 3, self._calc_velocity)
+        builder = DiagramBuilder()
+        look = builder.AddSystem(_Look(model))
+        split = builder.AddSystem(Demultiplexer([3, 3]))
+        builder.Connect(look.get_output_port(), split.get_input_port())
+        builder.ExportInput(look.get_input_port(), signals.ROBOT_STATE)
+        builder.ExportOutput(split.get_output_port(0), signals.TOOL_POSITION)
+        builder.ExportOutput(split.get_output_port(1), signals.TOOL_VELOCITY)
+        builder.BuildInto(self)
 
-    def _calc_position(self, context: Any, output: Any) -> None:
-        output.SetFromVector(self.poses.Eval(context)[self.body].translation())
 
-    def _calc_velocity(self, context: Any, output: Any) -> None:
-        output.SetFromVector(self.velocities.Eval(context)[self.body].translational())
+class _Look(LeafSystem):
+    """Both at once: asking the model twice would cost twice."""
+
+    def __init__(self, model: RobotModel) -> None:
+        super().__init__()
+        self.model = model
+        plant = model.plant
+        size = plant.num_positions() + plant.num_velocities()
+        self.state = self.DeclareVectorInputPort(signals.ROBOT_STATE, size)
+        needs = {self.all_input_ports_ticket()}
+        self.DeclareVectorOutputPort(
+            "motion", 6, self._calc_motion, prerequisites_of_calc=needs
+        )
+
+    def _calc_motion(self, context: Any, output: Any) -> None:
+        q, v = np.split(self.state.Eval(context), 2)
+        self.model.set_state(q, v)
+        p_WE, v_WE = self.model.p_W("tool"), self.model.v_W("tool")
+        output.SetFromVector(np.concatenate([p_WE, v_WE]))

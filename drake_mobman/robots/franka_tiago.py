@@ -5,11 +5,13 @@ import math
 from typing import Any
 
 import numpy as np
+from pydrake.math import cos, sin
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import positive
 from drake_mobman.robots.model import RobotModel, filled_urdf
+from drake_mobman.scalars import Scalar
 
 POSTURE = (0.0, 0.4, 0.0, -2.1, 0.0, 2.5, math.pi / 4)
 """Angles of joints 1 to 7 to start from and to fall back to [rad].
@@ -39,17 +41,21 @@ class FrankaTiago:
         return Reach(arm.l_0, arm.r_f, arm.p_BS[0])
 
     def arm(self) -> JacobianArm:
-        """Returns the arm's kinematics, by its Jacobian."""
-        return JacobianArm(RobotModel(self).plant, POSTURE)
+        """Returns the arm's kinematics, by its Jacobian; T in closed form."""
+        plant = RobotModel(self).plant
+        return JacobianArm(plant, POSTURE, reduced=reduced_arm(plant))
 
 
 @dc.dataclass(frozen=True)
 class ReducedArm:
-    """The arm without its wrist: shoulder, elbow and wrist centre (fig. 1)."""
+    """The arm without its wrist: shoulder, elbow and wrist centre (fig. 1).
 
-    p_BS: tuple[float, float, float]  # Shoulder, where axes 1, 2 and 3 meet, in B [m].
-    l_1: float  # From the shoulder to the elbow, which is on axis 4 [m].
-    l_2: float  # From the elbow to T, where axes 5 and 6 meet [m].
+    Its first three axes meet in the shoulder; the fourth goes through the elbow.
+    """
+
+    p_BS: tuple[float, float, float]  # Shoulder in B [m].
+    elbow: tuple[float, float]  # Ahead of and above the shoulder, arm at zero [m].
+    wrist: tuple[float, float]  # T ahead of and above the elbow, arm at zero [m].
 
     @property
     def l_0(self) -> float:
@@ -57,28 +63,51 @@ class ReducedArm:
         return self.p_BS[2]
 
     @property
+    def l_1(self) -> float:
+        """From the shoulder to the elbow [m]."""
+        return math.hypot(*self.elbow)
+
+    @property
+    def l_2(self) -> float:
+        """From the elbow to T [m]."""
+        return math.hypot(*self.wrist)
+
+    @property
     def r_f(self) -> float:
         """Farthest that T gets from the shoulder [m]."""
         return self.l_1 + self.l_2
 
+    def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns the position of T in B [m], of joint angles `q` (4 or more,) [rad].
+
+        In closed form, for any scalar: R_z(q_1) R_y(q_2) R_z(q_3) (elbow + R_y(-q_4)
+        wrist).
+        """
+        c, s = cos(q[3]), sin(q[3])
+        ahead = self.elbow[0] + c * self.wrist[0] - s * self.wrist[1]
+        above = self.elbow[1] + s * self.wrist[0] + c * self.wrist[1]
+        x, y = ahead * cos(q[2]), ahead * sin(q[2])
+        c, s = cos(q[1]), sin(q[1])
+        x, z = c * x + s * above, c * above - s * x
+        c, s = cos(q[0]), sin(q[0])
+        d, side, l_0 = self.p_BS
+        return d + c * x - s * y, side + s * x + c * y, l_0 + z
+
 
 def reduced_arm(plant: Any) -> ReducedArm:
-    """Returns the arm's lengths, measured on a finished plant of this robot.
-
-    The joints between two of the points turn about one of them, so that the lengths
-    are the same in any position.
-    """
+    """Returns the reduced arm, measured on a finished plant of this robot at zero."""
     context = plant.CreateDefaultContext()
-
-    def p(link: str, seen_from: str) -> Any:
-        frame = plant.GetFrameByName(link)
-        X = frame.CalcPose(context, plant.GetFrameByName(seen_from))
-        return X.translation()
-
+    plant.SetPositions(context, np.zeros(plant.num_positions()))
+    p_BS, p_BL, p_BT = (
+        plant.GetFrameByName(link)
+        .CalcPose(context, plant.GetFrameByName("base"))
+        .translation()
+        for link in ("link2", "link4", "tee")
+    )
     return ReducedArm(
-        p_BS=tuple(p("link2", "base").tolist()),
-        l_1=float(np.linalg.norm(p("link4", "link2"))),
-        l_2=float(np.linalg.norm(p("tee", "link4"))),
+        p_BS=tuple(p_BS.tolist()),
+        elbow=tuple((p_BL - p_BS)[[0, 2]].tolist()),
+        wrist=tuple((p_BT - p_BL)[[0, 2]].tolist()),
     )
 
 

@@ -37,11 +37,13 @@ class Servo:
     yaw_gain: float = 1e5  # Of theta [N m s].
     arm_gain: float = 1e4  # Of the arm's joints, where they are driven [N m s].
     joint_damping: float = 1.0  # Of the arm's joints, where they are free [N m s].
+    # A free arm that is let go stays where it is to the base; with this, it goes home.
+    joint_stiffness: float = 0.0  # Of the same, towards the start [N m/rad].
 
     def check(self) -> None:
         """Raises `ParameterError` unless step and gains are above zero."""
         positive(self, "step", "base_gain", "yaw_gain", "arm_gain")
-        not_negative(self, "joint_damping")
+        not_negative(self, "joint_damping", "joint_stiffness")
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless the control period [s] is whole steps."""
@@ -63,15 +65,21 @@ class ServoRobot:
 
     def __init__(self, robot: Robot, servo: Servo, *, free_arm: bool) -> None:
         self.plant = MultibodyPlant(servo.step)
+        # Else the plant steps before all else that happens at the same time, and what
+        # the robot is told would not be what is logged.
+        self.plant.SetUseSampledOutputPorts(False)
         (self.instance,) = Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
         gains = {"x": servo.base_gain, "y": servo.base_gain, "theta": servo.yaw_gain}
         for index in self.plant.GetJointActuatorIndices():
             actuator = self.plant.get_joint_actuator(index)
-            gain = gains.get(actuator.name(), 0.0 if free_arm else servo.arm_gain)
-            if gain:
-                actuator.set_controller_gains(PdControllerGains(p=0.0, d=gain))
-            else:
+            if free_arm and actuator.name() not in gains:
                 actuator.joint().set_default_damping(servo.joint_damping)
+                spring = PdControllerGains(p=servo.joint_stiffness, d=0.0)
+                if servo.joint_stiffness:
+                    actuator.set_controller_gains(spring)
+                continue
+            gain = gains.get(actuator.name(), servo.arm_gain)
+            actuator.set_controller_gains(PdControllerGains(p=0.0, d=gain))
         self.plant.set_gravity_enabled(self.instance, False)
         self.plant.Finalize()
 
@@ -98,8 +106,7 @@ def make_servo_robot(
         - arm_velocity
         - workspace
         - p_BT
-        - body_poses
-        - body_spatial_velocities
+        - robot_state
 
     Args:
         robot: which one.
@@ -122,81 +129,81 @@ def make_servo_robot(
     state = plant.get_state_output_port()
 
     held = []
-    commands = [signals.BASE_SENT] + (
-        [] if free_arm else [signals.ARM_VELOCITY_COMMAND]
-    )
-    for name, size in zip(commands, (2, n), strict=False):
+    commands = {signals.BASE_SENT: 2}
+    if not free_arm:
+        commands[signals.ARM_VELOCITY_COMMAND] = n
+    for name, size in commands.items():
         hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(period, size))
         builder.ExportInput(hold.get_input_port(), name)
         held.append(hold.get_output_port())
-    desired = _joined(builder, [state, *held], _desired_state(n, servo.step, free_arm))
+
+    theta = _picked(builder, state, 2, 1)
+    desired = _joined(
+        builder, [theta, *held], _desired_state(start, servo.step, free_arm)
+    )
     builder.Connect(desired, plant.get_desired_state_input_port(body.instance))
 
-    builder.ExportInput(
-        plant.get_applied_spatial_force_input_port(), signals.SPATIAL_FORCES
-    )
-    size = 2 * (BASE_JOINTS + n)
-    for name, first, count in (
+    forces = plant.get_applied_spatial_force_input_port()
+    builder.ExportInput(forces, signals.SPATIAL_FORCES)
+    for name, first, size in (
         (signals.BASE_POSE, 0, BASE_JOINTS),
         (signals.ARM_POSITION, BASE_JOINTS, n),
         (signals.ARM_VELOCITY, 2 * BASE_JOINTS + n, n),
     ):
-        pick = builder.AddNamedSystem(
-            name, MatrixGain(np.eye(size)[first : first + count])
-        )
-        builder.Connect(state, pick.get_input_port())
-        builder.ExportOutput(pick.get_output_port(), name)
-    builder.ExportOutput(
-        _joined(builder, [state], _base_velocity(n)), signals.BASE_VELOCITY
-    )
+        builder.ExportOutput(_picked(builder, state, first, size), name)
+    slide = _picked(builder, state, BASE_JOINTS + n, BASE_JOINTS)
+    velocity = _joined(builder, [theta, slide], _base_velocity())
+    builder.ExportOutput(velocity, signals.BASE_VELOCITY)
     sensor = builder.AddNamedSystem("sensor", WorkspaceSensor(robot.arm()))
-    builder.Connect(
-        builder.GetSubsystemByName(signals.ARM_POSITION).get_output_port(),
-        sensor.get_input_port(),
-    )
+    position = _picked(builder, state, BASE_JOINTS, n)
+    builder.Connect(position, sensor.get_input_port())
     for name in (signals.WORKSPACE, signals.P_BT):
         builder.ExportOutput(sensor.GetOutputPort(name), name)
-    builder.ExportOutput(plant.get_body_poses_output_port(), signals.BODY_POSES)
-    builder.ExportOutput(
-        plant.get_body_spatial_velocities_output_port(), signals.BODY_VELOCITIES
-    )
+    builder.ExportOutput(state, signals.ROBOT_STATE)
     diagram = builder.Build()
     diagram.set_name("robot")
     return diagram
 
 
-def _desired_state(n: int, step: float, free_arm: bool) -> SymbolicVectorSystem:
-    """Returns what the servos are told, from the plant's state and the commands held.
+def _desired_state(
+    start: list[float], step: float, free_arm: bool
+) -> SymbolicVectorSystem:
+    """Returns what the servos are told, from the heading and the commands held.
 
     The base is told to roll along the heading that it will have at the step's end,
     where an implicit servo makes its velocity: so it does not slide while it turns.
+    It is asked at each step of the plant, and so is compiled. Positions count only for
+    a free arm with a spring.
     """
-    state = MakeVectorVariable(2 * (BASE_JOINTS + n), "x")
-    command = MakeVectorVariable(2 if free_arm else 2 + n, "u")
-    v, omega = command[:2]
-    theta = state[2] + step * omega
-    rates = [] if free_arm else list(command[2:])
-    base = unicycle_rates(theta, v, omega)
-    outputs = [0.0] * (BASE_JOINTS + n) + [*base, *rates, *[0.0] * (n - len(rates))]
-    return SymbolicVectorSystem(input=np.hstack([state, command]), output=outputs)
+    n = len(start) - BASE_JOINTS
+    theta, v, omega, *rates = told = MakeVectorVariable(3 if free_arm else 3 + n, "u")
+    base = unicycle_rates(theta + step * omega, v, omega)
+    velocities = [*base, *(rates or [0.0] * n)]
+    return SymbolicVectorSystem(input=told, output=[*start, *velocities])
 
 
-def _base_velocity(n: int) -> SymbolicVectorSystem:
-    """Returns `base_velocity` from the plant's state."""
-    state = MakeVectorVariable(2 * (BASE_JOINTS + n), "x")
-    theta = state[2]
-    x, y, omega = state[BASE_JOINTS + n : 2 * BASE_JOINTS + n]
+def _base_velocity() -> SymbolicVectorSystem:
+    """Returns `base_velocity` from the heading and the rates of x, y and theta."""
+    theta, x, y, omega = told = MakeVectorVariable(4, "u")
     forward = cos(theta) * x + sin(theta) * y
     sideways = cos(theta) * y - sin(theta) * x
-    return SymbolicVectorSystem(input=state, output=[forward, sideways, omega])
+    return SymbolicVectorSystem(input=told, output=[forward, sideways, omega])
+
+
+def _picked(
+    builder: DiagramBuilder, port: OutputPort, first: int, size: int
+) -> OutputPort:
+    """Returns a port of `size` elements of `port`, from its `first` one on."""
+    pick = builder.AddSystem(MatrixGain(np.eye(port.size())[first : first + size]))
+    builder.Connect(port, pick.get_input_port())
+    return pick.get_output_port()
 
 
 def _joined(
     builder: DiagramBuilder, ports: list[OutputPort], system: Any
 ) -> OutputPort:
     """Adds `system`, fed by all `ports` one after the other, and returns its output."""
-    sizes = [port.size() for port in ports]
-    mux = builder.AddSystem(Multiplexer(sizes))
+    mux = builder.AddSystem(Multiplexer([port.size() for port in ports]))
     builder.AddSystem(system)
     for i, port in enumerate(ports):
         builder.Connect(port, mux.get_input_port(i))

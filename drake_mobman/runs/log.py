@@ -5,37 +5,42 @@ from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 Log = dict[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
 
-_PREFIX = "log."
+_NAME = "log"
+
+
+class _Signals(Multiplexer):
+    """All signals in one vector: one logger costs less than one for each."""
+
+    def __init__(self, ports: Mapping[str, Any]) -> None:
+        self.sizes = {name: port.size() for name, port in ports.items()}
+        super().__init__(list(self.sizes.values()))
 
 
 def log_signals(
     builder: DiagramBuilder, ports: Mapping[str, Any], period: float
 ) -> None:
     """Logs each output port under its name, every `period` [s]."""
-    for name, port in ports.items():
-        LogVectorOutput(port, builder, period).set_name(f"{_PREFIX}{name}")
+    mux = builder.AddNamedSystem(f"{_NAME}.signals", _Signals(ports))
+    for i, port in enumerate(ports.values()):
+        builder.Connect(port, mux.get_input_port(i))
+    LogVectorOutput(mux.get_output_port(), builder, period).set_name(_NAME)
 
 
 def read_log(diagram: Diagram, context: Any) -> Log:
-    """Returns what `log_signals` in `diagram` has logged so far.
-
-    A run that dies may have logged only some of its last sample's signals; that sample
-    is left out.
-    """
-    sinks = {
-        system.get_name().removeprefix(_PREFIX): system.FindLog(context)
-        for system in diagram.GetSystems()
-        if isinstance(system, VectorLogSink)
-    }
-    complete = min(sink.num_samples() for sink in sinks.values())
-    log = {name: sink.data()[:, :complete].T for name, sink in sinks.items()}
-    time = next(iter(sinks.values())).sample_times()[:complete]
-    return {"time": np.array(time)} | {key: np.array(x) for key, x in log.items()}
+    """Returns what `log_signals` in `diagram` has logged so far."""
+    sizes = diagram.GetSubsystemByName(f"{_NAME}.signals").sizes
+    log = diagram.GetSubsystemByName(_NAME).FindLog(context)
+    borders = np.cumsum(list(sizes.values()))[:-1]
+    columns = np.split(log.data().T, borders, axis=1)
+    values = map(np.ascontiguousarray, columns)
+    return {"time": np.array(log.sample_times())} | dict(
+        zip(sizes, values, strict=True)
+    )
 
 
 def until_not_finite(log: Log) -> Log:

@@ -16,7 +16,10 @@ from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import Run
 
 _OURS = {"scenario.yaml", "log.npz", "metrics.json", "figures", "scene.html"}
-"""What a run folder holds; a folder with anything else is not ours to replace."""
+"""What a run folder holds."""
+
+_FIELD = "field_"
+"""How the figures of a field begin. A folder with anything else is not ours."""
 
 
 class FolderError(OSError):
@@ -104,9 +107,13 @@ def _draft(folder: Path) -> Path:
 def _check_is_run(folder: Path) -> None:
     if not folder.is_dir():
         raise FolderError(_refusal(folder, "it is a file"))
-    others = sorted(p.name for p in folder.iterdir() if p.name not in _OURS)
+    others = sorted(p.name for p in folder.iterdir() if not _is_ours(p.name))
     if others:
         raise FolderError(_refusal(folder, f"it holds {others[0]}, which is no run's"))
+
+
+def _is_ours(name: str) -> bool:
+    return name in _OURS or name.startswith(_FIELD)
 
 
 def _refusal(folder: Path, why: str) -> str:

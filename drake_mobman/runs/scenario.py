@@ -16,7 +16,7 @@ from drake_mobman.base.velocity_field import VelocityField, check_zones
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
-from drake_mobman.guidance.guiding_hand import Hand
+from drake_mobman.guidance.guiding_hand import Hand, peak_speed
 from drake_mobman.parameters import ParameterError, one_of, positive
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
@@ -137,7 +137,19 @@ class Guided(Scenario):
             raise ParameterError("fidelity", "!Kinematic", valid)
         super().check()
         _check_field(self.field, "field", self.robot)
+        self._check_hand()
         self._check_path()
+
+    def _check_hand(self) -> None:
+        """Raises `ParameterError` where the hand is too fast for base or period."""
+        most = _LEAST_MASS / self.period
+        if self.hand.damping > most:
+            valid = f"must be at most {most:g} at a period of {self.period:g} s"
+            raise ParameterError("hand.damping", self.hand.damping, valid)
+        speed, fastest = peak_speed(self.hand), self.smoother.max_speed
+        if self.smoother.enabled and speed > fastest:
+            valid = f"out of reach; the base follows at most {fastest:g} m/s"
+            raise ParameterError("hand.path", f"{speed:.3g} m/s", valid)
 
     def _check_path(self) -> None:
         """Raises `ParameterError` where the arm cannot follow the hand's path."""
@@ -165,6 +177,10 @@ class Guided(Scenario):
                 raise ParameterError(f"hand.path[{i}].z", point.z, valid)
 
 
+_LEAST_MASS = 1.2
+"""What a hand's damping held for a period may amount to [kg]: three times the least
+that the tool weighs in any posture. Above, hand and tool shake each other."""
+
 _GRASP = 0.05
 """How far from the tool a hand may take hold of it [m]."""
 
@@ -178,6 +194,14 @@ def _check_field(field: VelocityField, key: str, robot: Robot) -> None:
 
 AnyScenario = Teleop | Guided
 """A scenario's file says which by a tag at its top; `!Teleop` may be left out."""
+
+
+def field_of(scenario: AnyScenario) -> VelocityField | None:
+    """Returns the velocity field that the base follows, if it follows one."""
+    if isinstance(scenario, Guided):
+        return scenario.field
+    field = scenario.decomposer
+    return field if isinstance(field, VelocityField) else None
 
 
 class ScenarioError(ValueError):

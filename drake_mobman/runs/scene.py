@@ -59,7 +59,8 @@ def write_scene(run: Run, file: Path) -> None:
         meshcat,
         MeshcatVisualizerParams(publish_period=1 / _FRAME_RATE),
     )
-    path = hand_motion(run).position
+    tool = log.get(signals.TOOL_POSITION)
+    path = hand_motion(run).position if tool is None else tool[:, :2]
     height = np.full(len(path), 0.005)
     meshcat.SetLine("hand_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75))
     base = np.vstack([log[signals.BASE_POSE][:, :2].T, height])

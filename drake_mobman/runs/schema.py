@@ -116,7 +116,8 @@ def load_typed(schema: Any, data: Any) -> Any:
         ParameterError: names the key, its value and what is valid.
     """
     if members := typing.get_args(schema):
-        data = _conformed_union({} if data is None else data, members, "")
+        data = {} if data is None else data
+        data = _conformed_union(data, members, "", members[0])
         tag = data.pop(TAG).lstrip("!")
         (schema,) = (member for member in members if member.__name__ == tag)
     else:
@@ -124,8 +125,11 @@ def load_typed(schema: Any, data: Any) -> Any:
     return checked(yaml_load_typed(schema=schema, data=dump_yaml(data)))
 
 
-def _conformed(data: Any, schema: Any, path: str) -> Any:
-    """Returns `data` as `yaml_load_typed` takes it, or raises `ParameterError`."""
+def _conformed(data: Any, schema: Any, path: str, default: Any = None) -> Any:
+    """Returns `data` as `yaml_load_typed` takes it, or raises `ParameterError`.
+
+    A mapping for a union that has no tag is one for the class of the field's `default`.
+    """
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
         if not isinstance(data, list):
@@ -133,21 +137,23 @@ def _conformed(data: Any, schema: Any, path: str) -> Any:
         item = members[0]
         return [_conformed(x, item, f"{path}[{i}]") for i, x in enumerate(data)]
     if members:
-        return _conformed_union(data, members, path)
+        untagged = members[0] if default is None else type(default)
+        return _conformed_union(data, members, path, untagged)
     if dc.is_dataclass(schema):
         return _conformed_mapping(data, schema, path)
     return _conformed_scalar(data, schema, path)
 
 
-def _conformed_union(data: Any, members: tuple[Any, ...], path: str) -> Any:
+def _conformed_union(
+    data: Any, members: tuple[Any, ...], path: str, untagged: Any
+) -> Any:
     by_name = {member.__name__.lower(): member for member in members}
     if isinstance(data, str) and path:
         data = {TAG: data}
     if not isinstance(data, dict):
-        # Without a tag, keys of the first member's are what would do.
-        valid = _tags(members) if path else _keys(members[0])
+        valid = _tags(members) if path else _keys(untagged)
         raise ParameterError(path or "the whole", data, valid)
-    name = data.get(TAG, members[0].__name__)
+    name = data.get(TAG, untagged.__name__)
     member = by_name.get(str(name).lstrip("!").lower())
     if member is None:
         raise ParameterError(path or "the tag at the top", name, _tags(members))
@@ -173,7 +179,11 @@ def _conformed_mapping(data: Any, schema: Any, path: str) -> dict[str, Any]:
         if key not in fields:
             valid = ", ".join(fields) or "none at all"
             raise ParameterError(f"{where}{key}", value, f"valid keys are: {valid}")
-    return {k: _conformed(v, fields[k], f"{where}{k}") for k, v in data.items()}
+    defaults = schema()
+    return {
+        key: _conformed(value, fields[key], f"{where}{key}", getattr(defaults, key))
+        for key, value in data.items()
+    }
 
 
 def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:

@@ -1,6 +1,7 @@
 """Runs a scenario headless, and times its control tick."""
 
 import dataclasses as dc
+import textwrap
 import time
 from collections.abc import Callable
 from typing import Any
@@ -58,7 +59,7 @@ def simulate(
     except KeyboardInterrupt:
         died, interrupted = f"interrupted at t = {context.get_time():g} s", True
     except (RuntimeError, ArithmeticError, ValueError) as error:
-        reason = str(error).strip().splitlines()[0]
+        reason = textwrap.shorten(str(error), 200, placeholder=" ...")
         died = f"died at t = {context.get_time():g} s: {reason}"
     wall_time = time.perf_counter() - start
     log = until_not_finite(read_log(diagram, context))

@@ -90,7 +90,10 @@ class CommandGuard(LeafSystem):
         self.period = checked_period(period)
         self.raw = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
         self.passed = self.DeclareVectorOutputPort(
-            signals.EE_COMMAND, 3, self._calc_passed
+            signals.EE_COMMAND,
+            3,
+            self._calc_passed,
+            prerequisites_of_calc={self.all_input_ports_ticket(), self.xd_ticket()},
         )
         self.DeclareVectorOutputPort(
             signals.GUARD_STATUS,

@@ -4,8 +4,17 @@ from collections.abc import Callable, Iterator
 
 from matplotlib.figure import Figure
 
-from drake_mobman.runs.figures.hand import draw_hand_velocity, draw_path
+from drake_mobman import signals
+from drake_mobman.base.velocity_field import VelocityField
+from drake_mobman.runs.figures.guided import (
+    draw_base_commands,
+    draw_hand_force,
+    draw_manipulability,
+    draw_zones,
+)
+from drake_mobman.runs.figures.hand import draw_hand_velocity, draw_path, draw_strip
 from drake_mobman.runs.figures.laws import draw_blending, draw_kappa
+from drake_mobman.runs.figures.style import law_of
 from drake_mobman.runs.figures.velocities import (
     draw_angular,
     draw_decomposition,
@@ -13,16 +22,31 @@ from drake_mobman.runs.figures.velocities import (
 )
 from drake_mobman.runs.simulate import Run
 
-FIGURES: dict[str, Callable[[Run], Figure | None]] = {
-    "kappa": draw_kappa,
-    "blending": draw_blending,
+Figures = dict[str, Callable[[Run], Figure | None]]
+"""What draws each figure; None where the run has nothing to show in it."""
+
+SHARED: Figures = {"kappa": draw_kappa, "blending": draw_blending}
+"""Where base and arm share the command by a law."""
+
+COMMANDED: Figures = {
     "linear": draw_linear,
     "angular": draw_angular,
     "decomposition": draw_decomposition,
     "hand_velocity": draw_hand_velocity,
-    "path": draw_path,
 }
-"""What draws each figure; None where the run has nothing to show in it."""
+"""Where the hand is commanded."""
+
+GUIDED: Figures = {"strip": draw_strip, "hand_force": draw_hand_force}
+"""Where a hand pulls."""
+
+FOLLOWED: Figures = {"zones": draw_zones}
+"""Where the base follows by a field."""
+
+ALWAYS: Figures = {
+    "path": draw_path,
+    "base_commands": draw_base_commands,
+    "manipulability": draw_manipulability,
+}
 
 
 def draw_figures(run: Run) -> Iterator[tuple[str, Figure]]:
@@ -33,7 +57,14 @@ def draw_figures(run: Run) -> Iterator[tuple[str, Figure]]:
     """
     if not len(run.log["time"]):
         return
-    for name, draw in FIGURES.items():
+    for name, draw in _figures_of(run).items():
         figure = draw(run)
         if figure:
             yield name, figure
+
+
+def _figures_of(run: Run) -> Figures:
+    followed = isinstance(law_of(run.scenario), VelocityField)
+    law = FOLLOWED if followed else SHARED
+    hand = GUIDED if signals.HAND_FORCE in run.log else COMMANDED
+    return law | hand | ALWAYS

@@ -59,22 +59,24 @@ _SPOKES = np.radians(np.arange(-180, 180, 15) + 7.5)  # Between which none is pi
 _NOSE = np.array([[0.09, -0.05, -0.05], [0.0, 0.06, -0.06]])  # Of the base [m].
 _ROUNDING = 1e-9  # Of a point on the reach [m].
 
+_ORANGE, _PURPLE = "#fdb863", "#b2abd2"
 # As in the paper: purple back, white at rest, orange forward.
 _COLOURS = LinearSegmentedColormap.from_list(
-    "field", ["#5e3c99", "#b2abd2", "white", "#fdb863", "#e66101"]
+    "field", ["#5e3c99", _PURPLE, "white", _ORANGE, "#e66101"]
 )
-_FORWARD, _RETREAT = "#a04000", "#3b1f6b"
 _OUT_OF_REACH = "0.94"
-_DASHED = (0, (5, 2))
+_REACH, _BODY = "reach, $r_f$", "body, $b_d$"
+_FORWARD, _RETREAT = r"forward, $\Delta_f$", r"retreat, $\Delta_r$"
+_ROTATION = r"rotation, $\varphi_\mathrm{min}$, $\varphi_\mathrm{max}$"
 _EDGES: dict[str, dict[str, Any]] = {
-    "reach, $r_f$": {"color": "0.25", "lw": 1.2},
-    r"forward, $\Delta_f$": {"color": _FORWARD, "lw": 1.1, "ls": _DASHED},
-    r"retreat, $\Delta_r$": {"color": _RETREAT, "lw": 1.1, "ls": _DASHED},
-    "body, $b_d$": {"color": _RETREAT, "lw": 1.2},
+    _REACH: {"color": "0.25", "lw": 1.2},
+    _FORWARD: {"color": "#a04000", "lw": 1.1, "ls": (0, (5, 2))},
+    _RETREAT: {"color": "#3b1f6b", "lw": 1.1, "ls": (0, (5, 2))},
+    _BODY: {"color": "#3b1f6b", "lw": 1.2},
 }
-"""From the outermost inwards, as `_radii` has them."""
 _RAYS: dict[str, Any] = {"color": BASE, "lw": 1.1, "ls": (0, (1, 1.2))}
-_ROTATION_ZONE = r"rotation, $\varphi_\mathrm{min}$, $\varphi_\mathrm{max}$"
+_AMID: dict[str, Any] = {"ha": "center", "va": "center", "color": "0.3"}
+_WAY: dict[str, Any] = {"color": HAND, "alpha": 0.3, "lw": 0}
 _SLICE: dict[str, Any] = {"color": "0.35", "lw": 0.8, "ls": (0, (8, 4))}
 
 
@@ -105,8 +107,8 @@ def draw_side(params: VelocityField, reach: Reach, smoother: Smoother) -> Figure
     x, z = np.meshgrid(_side(reach.ahead, reach), _side(reach.l_0, reach))
     points = np.stack([x, 0 * x, z], axis=-1)
     image = _draw_speed(axes, points, (0, 2), params, reach, smoother)
-    edges = [_side_edge(*radius, reach) for radius in _radii(params, reach)]
-    _draw_edges(axes, edges, (0, 2), params, reach)
+    for label, edge in _edges(params, reach).items():
+        axes.plot(edge[:, 0], edge[:, 2], **_EDGES[label], label=label)
     for height in HEIGHTS:
         axes.axhline(height, **_SLICE)
         at_right = axes.get_yaxis_transform()
@@ -132,8 +134,8 @@ def draw_top(params: VelocityField, reach: Reach, smoother: Smoother) -> Figure:
     for axes, height, letter in zip(panels, HEIGHTS, "ab", strict=True):
         points = np.stack([x, y, height + 0 * x], axis=-1)
         image = _draw_speed(axes, points, (0, 1), params, reach, smoother)
-        edges = [_top_edge(*radius, height, reach) for radius in _radii(params, reach)]
-        _draw_edges(axes, edges, (0, 1), params, reach)
+        for label, edge in _edges(params, reach, height).items():
+            axes.plot(edge[:, 0], edge[:, 1], **_EDGES[label], label=label)
         arrows = _draw_turning(axes, height, params, reach)
         axes.fill(*_NOSE, color="0.2", ec="white", lw=0.6)
         label_axes(axes, "$x$ [m]", "$y$ [m]" if letter == "a" else "", letter)
@@ -164,33 +166,24 @@ def draw_rest(
     first = fields[0]
     retreat, forward = first.b_d + first.Delta_r, reach.r_f - first.Delta_f
     starts = {
-        "amid the retreat zone": retreat - first.Delta_r / 2,
-        "amid the forward zone": forward + first.Delta_f / 2,
-        "with the arm stretched": reach.r_f,
+        "retreat zone": retreat - first.Delta_r / 2,
+        "forward zone": forward + first.Delta_f / 2,
+        "arm stretched": reach.r_f,
     }
-    figure = new_figure(4.6)
+    figure = new_figure(4.4)
     panels = figure.subplots(len(fields), len(starts), sharex=True, sharey=True)
+    cases = itertools.product(fields, starts.values())
     for axes, letter, (params, start) in zip(
-        panels.flat,
-        ascii_lowercase,
-        itertools.product(fields, starts.values()),
-        strict=False,
+        panels.flat, ascii_lowercase, cases, strict=False
     ):
-        near, far, end = np.array(
-            [distances(start, phi, params, reach, smoother) for phi in BEARINGS]
-        ).T
-        axes.axhspan(
-            forward, reach.r_f, label="forward zone", color="#fdb863", alpha=0.4, lw=0
-        )
-        axes.axhspan(0, retreat, label="retreat zone", color="#b2abd2", alpha=0.4, lw=0)
+        axes.set_facecolor(_OUT_OF_REACH)
+        axes.axhspan(0, reach.r_f, color="white", lw=0)
+        axes.axhspan(forward, reach.r_f, color=_ORANGE, alpha=0.4, lw=0)
+        axes.axhspan(0, retreat, color=_PURPLE, alpha=0.4, lw=0)
         for phi in (params.phi_min, params.phi_max):
-            axes.axvline(phi, **_RAYS, label=_ROTATION_ZONE)
+            axes.axvline(phi, **_RAYS, label=_ROTATION)
             axes.axvline(-phi, **_RAYS)
-        axes.axhline(start, **COMMAND_LINE, label="at the start")
-        axes.fill_between(
-            BEARINGS, near, far, color=HAND, alpha=0.3, lw=0, label="on the way"
-        )
-        axes.plot(BEARINGS, end, color=HAND, lw=1.4, label=f"after {DURATION:g} s")
+        _draw_distances(axes, start, params, reach, smoother)
         label_axes(axes, letter=letter)
     for axes, (where, start) in zip(panels[0], starts.items(), strict=True):
         axes.set_title(f"{where}, {start:.3g} m", fontsize=TEXT)
@@ -198,6 +191,12 @@ def draw_rest(
         axes.set_xlabel(r"$\varphi$ at the start [rad]", fontsize=TEXT)
     for axes, params in zip(panels[:, 0], fields, strict=True):
         axes.set_ylabel(f"distance [m], {params.law}", fontsize=TEXT)
+        for zone, height in (
+            ("retreat", retreat / 2),
+            ("forward", (forward + reach.r_f) / 2),
+            ("out of reach", 1.3 * reach.r_f),
+        ):
+            _note(axes, zone, (-2.0, height), (0, 0), **_AMID)
     axes.set_xlim(-math.pi, math.pi)
     axes.set_ylim(bottom=0)
     axes.set_xticks(
@@ -207,13 +206,25 @@ def draw_rest(
     return finish(figure, "Distance from the shoulder to a hand that rests")
 
 
+def _draw_distances(
+    axes: Axes, start: float, params: VelocityField, reach: Reach, smoother: Smoother
+) -> None:
+    """Draws the distances [m] from `start` on, over the bearing at the start [rad]."""
+    nearest, farthest, last = np.array(
+        [distances(start, phi, params, reach, smoother) for phi in BEARINGS]
+    ).T
+    axes.axhline(start, **COMMAND_LINE, label="at the start")
+    axes.fill_between(BEARINGS, nearest, farthest, label="on the way", **_WAY)
+    axes.plot(BEARINGS, last, color=HAND, lw=1.4, label=f"after {DURATION:g} s")
+
+
 def distances(
     start: float, phi: float, params: VelocityField, reach: Reach, smoother: Smoother
 ) -> tuple[float, float, float]:
     """Returns the smallest, largest and last distance [m] to a hand at rest.
 
-    Level, from the shoulder to T at its height. The base is the unicycle that the
-    kinematic robot is.
+    Level, from the shoulder to T at its height. The base is a unicycle in Euler steps,
+    as the kinematic robot's.
 
     Args:
         start: distance at the start [m].
@@ -287,21 +298,35 @@ def _draw_speed(
     )
 
 
-def _radii(params: VelocityField, reach: Reach) -> list[tuple[float, bool]]:
-    """Returns each edge's distance from the shoulder, or else from the capsule's axis.
+def _edges(
+    params: VelocityField, reach: Reach, height: float | None = None
+) -> dict[str, np.ndarray]:
+    """Returns the edges' points (N, 3) in B [m], at y = 0 or at a height.
 
-    [m], and whether it is a capsule, upright from the floor.
+    They are NaN where an edge is out of reach, and where the forward zone gives way to
+    the retreat zone.
     """
-    return [
-        (reach.r_f, False),
-        (reach.r_f - params.Delta_f, False),
-        (params.b_d + params.Delta_r, True),
-        (params.b_d, True),
-    ]
+    edges = {}
+    for label, radius, upright in (
+        (_REACH, reach.r_f, False),
+        (_FORWARD, reach.r_f - params.Delta_f, False),
+        (_RETREAT, params.b_d + params.Delta_r, True),
+        (_BODY, params.b_d, True),
+    ):
+        if height is None:
+            points = _side_edge(radius, upright, reach)
+        else:
+            points = _top_edge(radius, upright, height, reach)
+        d_f, d_r = _signed_distances(points, params, reach)
+        hidden = (d_f < -_ROUNDING) | (points[:, 2] < 0)
+        if label == _FORWARD:
+            hidden |= d_r < params.Delta_r
+        edges[label] = np.where(hidden[:, None], np.nan, points)
+    return edges
 
 
 def _side_edge(radius: float, upright: bool, reach: Reach) -> np.ndarray:
-    """Returns an edge's points (N, 3) at y = 0 in B [m]."""
+    """Returns points (N, 3) of a sphere at y = 0, or of an upright capsule."""
     # From below and round, so that a capsule begins and ends on the floor.
     t = np.linspace(-math.pi / 2, 3 * math.pi / 2, 721)
     x, rise = np.cos(t), np.sin(t)
@@ -312,7 +337,7 @@ def _side_edge(radius: float, upright: bool, reach: Reach) -> np.ndarray:
 
 
 def _top_edge(radius: float, upright: bool, height: float, reach: Reach) -> np.ndarray:
-    """Returns an edge's points (N, 3) at a height in B [m]; none where it is not."""
+    """Returns points (N, 3) of either at a height; none where it has none."""
     rise = height - reach.l_0
     if upright:
         rise = max(rise, 0.0)
@@ -323,30 +348,10 @@ def _top_edge(radius: float, upright: bool, height: float, reach: Reach) -> np.n
     return np.stack([reach.ahead + x, y, height + 0 * x], axis=1)
 
 
-def _draw_edges(
-    axes: Axes,
-    edges: Sequence[np.ndarray],
-    seen: tuple[int, int],
-    params: VelocityField,
-    reach: Reach,
-) -> None:
-    """Draws `edges`, as `_EDGES` has them, but for what is out of reach.
-
-    And but for the forward zone's where that gives way to the retreat zone.
-    """
-    for i, (label, line) in enumerate(_EDGES.items()):
-        d_f, d_r = _signed_distances(edges[i], params, reach)
-        hidden = (d_f < -_ROUNDING) | (edges[i][:, 2] < 0)
-        if i == 1:
-            hidden |= d_r < params.Delta_r
-        drawn = np.where(hidden[:, None], np.nan, edges[i])
-        axes.plot(*drawn[:, list(seen)].T, **line, label=label)
-
-
 def _draw_turning(
     axes: Axes, height: float, params: VelocityField, reach: Reach
 ) -> Any:
-    """Draws omega as arrows about B, and the bearings from where it is up to where.
+    """Draws omega as arrows about B, and the bearings where it begins and is full.
 
     Returns the arrows.
     """
@@ -355,7 +360,7 @@ def _draw_turning(
             s = np.linspace(params.b_d, 2 * reach.r_f, 721)
             ray = np.stack([s * math.cos(side), s * math.sin(side), height + 0 * s], 1)
             ray = ray[_signed_distances(ray, params, reach)[0] >= 0]
-            axes.plot(ray[:, 0], ray[:, 1], **_RAYS, label=_ROTATION_ZONE)
+            axes.plot(ray[:, 0], ray[:, 1], **_RAYS, label=_ROTATION)
     r, phi = (x.ravel() for x in np.meshgrid(_RINGS * reach.r_f, _SPOKES))
     points = np.stack([r * np.cos(phi), r * np.sin(phi), height + 0 * r], axis=1)
     omega = np.array([yaw_rate(x, params) for x in phi])
@@ -408,6 +413,6 @@ def _note(
 
 def _draw_scale(figure: Figure, image: Any, panels: Any, smoother: Smoother) -> None:
     bar = figure.colorbar(image, ax=panels, extend="both", aspect=28, pad=0.02)
-    most = f"at most ±{smoother.max_speed:g} sent"
-    bar.set_label(f"$v$ asked for [m/s], {most}", fontsize=TEXT)
+    most = f", at most ±{smoother.max_speed:g} sent" if smoother.enabled else ""
+    bar.set_label(f"$v$ asked for [m/s]{most}", fontsize=TEXT)
     bar.ax.tick_params(labelsize=SMALL)

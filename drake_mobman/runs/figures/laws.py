@@ -1,7 +1,7 @@
 """The laws at work in a run: the paper's figs. 3 and 7."""
 
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -20,9 +20,11 @@ from drake_mobman.runs.figures.style import (
     draw_limits_across,
     finish,
     label_axes,
+    law_of,
     name_of,
     new_figure,
 )
+from drake_mobman.runs.scenario import Teleop
 from drake_mobman.runs.simulate import Run
 
 SHARPNESSES = (5.0, 10.0, 21.0, 50.0)
@@ -43,7 +45,7 @@ def draw_kappa(run: Run) -> Figure:
     Over psi [rad]: kappa of eq. 11, and v_b / v_bm = kappa / cos(psi) of eq. 10. The
     angles that the run went through are shaded.
     """
-    projection = run.scenario.projection
+    projection = cast(Teleop, run.scenario).projection
     psi = np.linspace(-math.pi, math.pi, 721)
     kappa = [radial_weight(x, projection.sigma) for x in psi]
     speed = [base_speed(1.0, x, projection) for x in psi]
@@ -68,7 +70,7 @@ def draw_blending(run: Run) -> Figure:
     limit that counts for the command's direction. Blending with several alpha is
     grey, the scenario's own law coloured.
     """
-    limits, own = run.scenario.workspace, run.scenario.decomposer
+    limits, own = run.scenario.workspace, law_of(run.scenario)
     figure = new_figure(2.8)
     panels = figure.subplots(1, 2, sharey=True)
     sides = (

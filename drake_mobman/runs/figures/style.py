@@ -11,7 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
+from drake_mobman.runs.scenario import AnyScenario, Guided
 
 TIME = "time [s]"
 
@@ -26,6 +28,9 @@ ARM = "#D55E00"
 HAND = "#009E73"
 ERROR = "#CC79A7"
 LIMIT = "0.45"
+FORWARD = "#E69F00"
+RETREAT = "#6A3D9A"
+ROTATION = "#56B4E9"
 
 # Dashed as in the paper's fig. 10, so that lines that lie on each other are all seen.
 COMMAND_LINE: dict[str, Any] = {"color": COMMAND, "lw": 3.0, "alpha": 0.3}
@@ -41,8 +46,15 @@ def new_figure(height: float) -> Figure:
     return Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
 
 
+def law_of(scenario: AnyScenario) -> Any:
+    """Returns what tells the base where to go: a field, or a decomposer."""
+    return scenario.field if isinstance(scenario, Guided) else scenario.decomposer
+
+
 def name_of(decomposer: Any) -> str:
-    """Returns a decomposer's name as a title says it."""
+    """Returns a decomposer's or field's name as a title says it."""
+    if isinstance(decomposer, VelocityField):
+        return f"{decomposer.law} field"
     if isinstance(decomposer, Blending):
         return (
             rf"blending, $\alpha$ = {decomposer.alpha:g} 1/m,"
@@ -144,8 +156,11 @@ def finish(figure: Figure, title: str) -> Figure:
 def span(
     *data: ArrayLike, air: float = 0.05, least: float = 0.01
 ) -> tuple[float, float]:
-    """Returns the range of all data and `air` of it to either side, `least` wide."""
+    """Returns the range of all data and `air` of it to either side, `least` wide.
+
+    What is not a number is not drawn, and does not count.
+    """
     x = np.concatenate([np.ravel(part) for part in data])
-    low, high = float(np.min(x)), float(np.max(x))
+    low, high = float(np.nanmin(x)), float(np.nanmax(x))
     more = max(air * (high - low), 0.5 * (least - (high - low)))
     return low - more, high + more

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_mobman import signals
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.runs.figures.style import (
     ARM_LINE,
     BASE_LINE,
@@ -19,6 +20,7 @@ from drake_mobman.runs.figures.style import (
     draw_limits_across,
     finish,
     label_axes,
+    law_of,
     name_of,
     near,
     new_figure,
@@ -88,7 +90,7 @@ def _draw_component(run: Run, part: Component) -> Figure | None:
     label_axes(panels["at"], "", of_hand, "a")
     label_axes(panels["rates"], TIME, of_rate)
     label_axes(panels["over"], of_hand, of_rate, "b")
-    return finish(figure, f"{part.name} velocity, {name_of(run.scenario.decomposer)}")
+    return finish(figure, f"{part.name} velocity, {name_of(law_of(run.scenario))}")
 
 
 def draw_decomposition(run: Run) -> Figure | None:
@@ -118,7 +120,7 @@ def draw_decomposition(run: Run) -> Figure | None:
         label_axes(axes, x, f"${rate}$ [{part.rate_unit}]", letter)
         if "base" not in names:
             _draw_coordinate(axes.twinx(), run, part)
-    return finish(figure, f"Command and outputs, {name_of(run.scenario.decomposer)}")
+    return finish(figure, f"Command and outputs, {name_of(law_of(run.scenario))}")
 
 
 def _outputs(log: Log, part: Component) -> dict[str, np.ndarray]:
@@ -147,8 +149,13 @@ def _draw_coordinate(axes: Axes, run: Run, part: Component) -> None:
 
 
 def _limits(run: Run, part: Component) -> dict[str, float]:
-    """Returns the limits to draw for a coordinate, by their symbols; none for z."""
+    """Returns the limits to draw for a coordinate, by their symbols.
+
+    There are none of z, and none that a field goes by.
+    """
     workspace = run.scenario.workspace
+    if isinstance(law_of(run.scenario), VelocityField):
+        return {}
     if part is LINEAR:
         symbol, low, high = "L", workspace.l_min, workspace.l_max
     elif part is ANGULAR:
