@@ -8,6 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman.base.smoother import CommandSmoother
 from drake_mobman.base.velocity_field import VelocityFieldController
+from drake_mobman.compiled import compiled
 from drake_mobman.guidance.guiding_hand import GuidingHand
 from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robots.model import RobotModel
@@ -53,15 +54,22 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     add = builder.AddNamedSystem
 
     hand = add("hand", GuidingHand(scenario.hand, period, tool))
+    as_wanted = compiled if scenario.compiled else lambda block: block
     robot = add(
         "robot",
-        make_robot(scenario.robot, start, period, scenario.fidelity, free_arm=True),
+        make_robot(
+            scenario.robot,
+            start,
+            period,
+            scenario.fidelity,
+            free_arm=True,
+            as_wanted=as_wanted,
+        ),
     )
     sensor = add("tool_sensor", ToolSensor(model))
-    field = add(
-        "field", VelocityFieldController(scenario.field, scenario.robot.reach())
-    )
-    smoother = add("smoother", CommandSmoother(scenario.smoother, period))
+    controller = VelocityFieldController(scenario.field, scenario.robot.reach())
+    field = add("field", as_wanted(controller))
+    smoother = add("smoother", as_wanted(CommandSmoother(scenario.smoother, period)))
     systems = [hand, robot, sensor, field, smoother]
     ports = outputs(systems)
     connect_by_name(builder, ports, systems)

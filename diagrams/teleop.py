@@ -14,6 +14,7 @@ from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import CommandSmoother
 from drake_mobman.base.velocity_field import VelocityField
+from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.field import FieldDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
@@ -87,11 +88,22 @@ def make_teleop_diagram(
     builder = DiagramBuilder()
     add = builder.AddNamedSystem
 
+    as_wanted = compiled if scenario.compiled else lambda block: block
+
     guard = add("guard", CommandGuard(scenario.guard, period))
-    decomposer = add("decomposer", decomposer or make_decomposer(scenario))
-    smoother = add("smoother", CommandSmoother(scenario.smoother, period))
-    arm = add("arm", make_arm_inverse(scenario, model))
-    robot = add("robot", make_robot(scenario.robot, start, period, scenario.fidelity))
+    decomposer = add("decomposer", decomposer or as_wanted(make_decomposer(scenario)))
+    smoother = add("smoother", as_wanted(CommandSmoother(scenario.smoother, period)))
+    arm = add("arm", as_wanted(make_arm_inverse(scenario, model)))
+    robot = add(
+        "robot",
+        make_robot(
+            scenario.robot,
+            start,
+            period,
+            scenario.fidelity,
+            as_wanted=as_wanted,
+        ),
+    )
 
     ports = outputs([guard, decomposer, smoother, arm, robot])
     connect_by_name(builder, ports, [decomposer, smoother, arm, robot])

@@ -202,13 +202,31 @@ def progress_bar(name: str, duration: float) -> Iterator[Any]:
 
 
 def print_metrics(results: dict[str, Any]) -> None:
-    """Prints a table of metrics, a row each and a column for each scenario."""
-    table = Table("metric", *results)
+    """Prints metrics, a row each and a column for each scenario.
+
+    In as many tables as it takes, that none be wider than the console.
+    """
     flat = {name: dict(_flat(numbers)) for name, numbers in results.items()}
-    for key in dict.fromkeys(key for numbers in flat.values() for key in numbers):
-        if not key.startswith("versions"):
-            table.add_row(key, *(_shown(numbers.get(key)) for numbers in flat.values()))
-    console.print(table)
+    keys = dict.fromkeys(key for numbers in flat.values() for key in numbers)
+    rows = [key for key in keys if not key.startswith("versions")]
+    room = console.width - max(map(len, rows), default=0) - 4
+    tables: list[list[str]] = [[]]
+    for name in flat:
+        used = sum(_column(other) for other in tables[-1])
+        if tables[-1] and used + _column(name) > room:
+            tables.append([])
+        tables[-1].append(name)
+    for names in tables:
+        table = Table("metric", *names)
+        for key in rows:
+            if any(key in flat[name] for name in names):
+                table.add_row(key, *(_shown(flat[name].get(key)) for name in names))
+        console.print(table)
+
+
+def _column(name: str) -> int:
+    """Returns how wide a scenario's column is, borders included."""
+    return max(len(name), len("1.234e-05")) + 3
 
 
 def _flat(numbers: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -1,5 +1,8 @@
 """The robot as a diagram: base and arm take commands, and tell their state."""
 
+from collections.abc import Callable
+from typing import Any
+
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
@@ -16,6 +19,7 @@ def make_robot(
     fidelity: Kinematic | Servo | None = None,
     *,
     free_arm: bool = False,
+    as_wanted: Callable[[Any], Any] = lambda block: block,
 ) -> Diagram:
     """Returns the robot at a fidelity; no controller knows which.
 
@@ -39,12 +43,16 @@ def make_robot(
         period: control period [s], at `Kinematic` the Euler step too.
         fidelity: `Kinematic` by default.
         free_arm: see `make_servo_robot`, which alone has forces.
+        as_wanted: makes of a block what goes into the diagram, as `compiled` does.
     """
     if isinstance(fidelity, Servo):
-        return make_servo_robot(robot, fidelity, start, period, free_arm=free_arm)
+        sensor = as_wanted(WorkspaceSensor(robot.arm()))
+        return make_servo_robot(
+            robot, fidelity, start, period, sensor=sensor, free_arm=free_arm
+        )
     builder = DiagramBuilder()
-    body = builder.AddNamedSystem("kinematic", KinematicRobot(start, period))
-    sensor = builder.AddNamedSystem("sensor", WorkspaceSensor(robot.arm()))
+    body = builder.AddNamedSystem("kinematic", as_wanted(KinematicRobot(start, period)))
+    sensor = builder.AddNamedSystem("sensor", as_wanted(WorkspaceSensor(robot.arm())))
     position = body.GetOutputPort(signals.ARM_POSITION)
     builder.Connect(position, sensor.GetInputPort(signals.ARM_POSITION))
     for system in (body, sensor):

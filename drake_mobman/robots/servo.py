@@ -85,7 +85,13 @@ class ServoRobot:
 
 
 def make_servo_robot(
-    robot: Robot, servo: Servo, start: list[float], period: float, *, free_arm: bool
+    robot: Robot,
+    servo: Servo,
+    start: list[float],
+    period: float,
+    *,
+    free_arm: bool,
+    sensor: Any = None,
 ) -> Diagram:
     """Returns the robot with rigid-body dynamics.
 
@@ -115,6 +121,7 @@ def make_servo_robot(
         period: control period [s], a multiple of the plant's step.
         free_arm: whether the arm is free and compensated for gravity, to be pulled by
             hand, instead of driven at `arm_velocity_command`.
+        sensor: tells `workspace` and `p_BT`; a `WorkspaceSensor` unless given.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -154,7 +161,7 @@ def make_servo_robot(
     slide = _picked(builder, state, BASE_JOINTS + n, BASE_JOINTS)
     velocity = _joined(builder, [theta, slide], _base_velocity())
     builder.ExportOutput(velocity, signals.BASE_VELOCITY)
-    sensor = builder.AddNamedSystem("sensor", WorkspaceSensor(robot.arm()))
+    sensor = builder.AddNamedSystem("sensor", sensor or WorkspaceSensor(robot.arm()))
     position = _picked(builder, state, BASE_JOINTS, n)
     builder.Connect(position, sensor.get_input_port())
     for name in (signals.WORKSPACE, signals.P_BT):

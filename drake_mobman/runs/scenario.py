@@ -54,6 +54,7 @@ class Scenario:
     duration: float = 16.0  # How long [s].
     period: float = 0.01  # Control period; at `Kinematic` the Euler step too [s].
     fidelity: Kinematic | Servo = dc.field(default_factory=Kinematic)
+    compiled: bool = False  # Whether blocks run without Python where that goes.
     robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=Planar)
     start: Start = dc.field(default_factory=Start)
     workspace: Workspace = dc.field(default_factory=Workspace)

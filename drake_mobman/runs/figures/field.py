@@ -355,8 +355,8 @@ def _draw_turning(
 
     Returns the arrows.
     """
-    for phi in (params.phi_min, params.phi_max):
-        for side in (phi, -phi):
+    for edge in (params.phi_min, params.phi_max):
+        for side in (edge, -edge):
             s = np.linspace(params.b_d, 2 * reach.r_f, 721)
             ray = np.stack([s * math.cos(side), s * math.sin(side), height + 0 * s], 1)
             ray = ray[_signed_distances(ray, params, reach)[0] >= 0]

@@ -1,0 +1,138 @@
+"""Compiled blocks do as the blocks they are made from."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+
+from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
+from drake_mobman.arm.workspace_sensor import WorkspaceSensor
+from drake_mobman.base.smoother import CommandSmoother, Smoother
+from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
+from drake_mobman.compiled import compiled
+from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
+from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
+from drake_mobman.robots.franka_tiago import FrankaTiago
+from drake_mobman.robots.kinematic import KinematicRobot
+from drake_mobman.robots.model import RobotModel
+from drake_mobman.robots.planar import Planar
+from drake_mobman.robots.spatial import Spatial
+from drake_mobman.runs.scenario import load_scenario
+from drake_mobman.runs.simulate import simulate
+
+ROUNDING = 1e-12
+"""Of a law's handful of operations, in another order."""
+
+DRIFT = 1e-9
+"""Of a minute's 6,000 Euler steps, each with such a rounding."""
+
+PERIOD = 0.01
+
+BLOCKS = {
+    "smoother": lambda: CommandSmoother(Smoother(), PERIOD),
+    "pass-through": lambda: CommandSmoother(Smoother(enabled=False), PERIOD),
+    "field": lambda: VelocityFieldController(VelocityField(), FrankaTiago().reach()),
+    "blending": lambda: BlendingDecomposer(Blending()),
+    "switching": lambda: SwitchingDecomposer(Switching()),
+    "planar sensor": lambda: WorkspaceSensor(Planar().arm()),
+    "spatial sensor": lambda: WorkspaceSensor(Spatial().arm()),
+    "franka sensor": lambda: WorkspaceSensor(FrankaTiago().arm()),
+    "robot": lambda: KinematicRobot([0.1, 0.2, 0.3, 0.4, -0.5], PERIOD),
+}
+
+
+def ports(block):
+    return (
+        [block.get_input_port(i) for i in range(block.num_input_ports())],
+        [block.get_output_port(i) for i in range(block.num_output_ports())],
+    )
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_ports_are_the_same(name):
+    block = BLOCKS[name]()
+    for ours, theirs in zip(ports(compiled(block)), ports(block), strict=True):
+        assert {p.get_name(): p.size() for p in ours} == {
+            p.get_name(): p.size() for p in theirs
+        }
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_no_output_depends_on_an_input_that_it_did_not_depend_on(name):
+    def feedthrough(block):
+        inputs, outputs = ports(block)
+        return {
+            (u.get_name(), y.get_name())
+            for u in inputs
+            for y in outputs
+            if block.HasDirectFeedthrough(u.get_index(), y.get_index())
+        }
+
+    block = BLOCKS[name]()
+    assert feedthrough(compiled(block)) <= feedthrough(block)
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_outputs_are_the_same_to_rounding(name, seed):
+    random = np.random.default_rng(seed)
+    block = BLOCKS[name]()
+    told = {p.get_name(): random.uniform(-1, 1, p.size()) for p in ports(block)[0]}
+
+    def outputs(system):
+        context = system.CreateDefaultContext()
+        for port, value in told.items():
+            system.GetInputPort(port).FixValue(context, value)
+        return {p.get_name(): p.Eval(context) for p in ports(system)[1]}
+
+    wanted, got = outputs(block), outputs(compiled(block))
+    for port, value in wanted.items():
+        np.testing.assert_allclose(got[port], value, rtol=ROUNDING, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("name", ["smoother", "robot"])
+def test_states_go_the_same_way_under_a_held_input(name):
+    def logged(system):
+        builder = DiagramBuilder()
+        builder.AddSystem(system)
+        for port in ports(system)[0]:
+            value = np.linspace(0.1, 0.4, port.size())
+            source = builder.AddSystem(ConstantVectorSource(value))
+            builder.Connect(source.get_output_port(), port)
+        log = LogVectorOutput(ports(system)[1][0], builder, PERIOD)
+        simulator = Simulator(builder.Build())
+        simulator.AdvanceTo(2.0)
+        return log.FindLog(simulator.get_context()).data()
+
+    wanted, got = logged(BLOCKS[name]()), logged(compiled(BLOCKS[name]()))
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=ROUNDING)
+    assert np.ptp(wanted) > 0.05
+
+
+def test_law_that_would_be_slower_compiled_is_left_as_it_is():
+    limits = RobotModel(Planar()).limits
+    block = ClosedFormInverse(Planar().arm(), limits, PERIOD)
+    assert compiled(block) is block
+
+
+@pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial"])
+@pytest.mark.parametrize("decomposer", ["blending", "switching"])
+def test_compiled_scenario_gives_the_same_log_to_rounding(name, decomposer):
+    overrides = [f"decomposer={decomposer}"]
+    plain = simulate(load_scenario(name, overrides)[1]).log
+    quick = simulate(load_scenario(name, [*overrides, "compiled=true"])[1]).log
+    assert plain.keys() == quick.keys()
+    for signal, values in plain.items():
+        np.testing.assert_allclose(quick[signal], values, rtol=0, atol=DRIFT)
+
+
+def test_compiled_guided_run_gives_the_same_log_to_rounding():
+    plain = simulate(load_scenario("petric_guided", ["duration=8"])[1]).log
+    overrides = ["duration=8", "compiled=true"]
+    quick = simulate(load_scenario("petric_guided", overrides)[1]).log
+    for signal, values in plain.items():
+        # Forces and jerks of a stiff hand magnify what positions are off by.
+        np.testing.assert_allclose(quick[signal], values, rtol=0, atol=1e-6)
