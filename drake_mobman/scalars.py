@@ -28,3 +28,9 @@ def larger(a: Scalar, b: Scalar) -> Scalar:
 def saturated(x: Scalar, limit: Scalar) -> Scalar:
     """Returns `x` held within `[-limit, limit]` (Petric & Zlajpah, eq. 11)."""
     return where(x > limit, limit, where(x < -limit, -limit, x))
+
+
+def smoothstep(x: Scalar, lower: Scalar, upper: Scalar) -> Scalar:
+    """Returns 0 up to `lower`, 1 from `upper` on, and a smooth cubic between."""
+    s = larger(smaller((x - lower) / (upper - lower), 1.0), 0.0)
+    return s * s * (3.0 - 2.0 * s)

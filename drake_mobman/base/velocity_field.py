@@ -22,7 +22,7 @@ from drake_mobman.parameters import (
     one_of,
     positive,
 )
-from drake_mobman.scalars import Scalar, larger, smaller, where
+from drake_mobman.scalars import Scalar, larger, smoothstep, where
 
 
 class Zone(enum.IntFlag):
@@ -136,15 +136,9 @@ def linear_velocity(d_f: Scalar, d_r: Scalar, params: VelocityField) -> Scalar:
     return where(d_r < params.Delta_r, backward, forward)
 
 
-def activation(error: Scalar, lower: float, upper: float) -> Scalar:
-    """Returns gamma (eq. 6): it rises smoothly from 0 at `lower` to 1 at `upper`."""
-    s = larger(smaller((error - lower) / (upper - lower), 1.0), 0.0)
-    return s * s * (3.0 - 2.0 * s)
-
-
 def yaw_rate(phi: Scalar, params: VelocityField) -> Scalar:
-    """Returns omega [rad/s] (eq. 5) at the heading error `phi` [rad]."""
-    gamma = activation(larger(phi, -phi), params.phi_min, params.phi_max)
+    """Returns omega [rad/s] (eqs. 5, 6) at the heading error `phi` [rad]."""
+    gamma = smoothstep(larger(phi, -phi), params.phi_min, params.phi_max)
     return params.K_omega * where(phi < 0, -gamma, gamma)
 
 

@@ -7,8 +7,8 @@ from pydrake.math import tanh
 
 from drake_mobman.decomposers.decomposer import share_decomposer
 from drake_mobman.decomposers.share import Workspace
-from drake_mobman.parameters import positive
-from drake_mobman.scalars import Scalar, where
+from drake_mobman.parameters import one_of, positive
+from drake_mobman.scalars import Scalar, smoothstep, where
 
 
 def blended_share(
@@ -30,29 +30,55 @@ def blended_share(
     return where(command >= 0, outward, inward)
 
 
+def strict_share(
+    command: Scalar, x: Scalar, lower: float, upper: float, sharpness: float
+) -> Scalar:
+    """Returns the base's share, in [0, 1], which is 1 from the limit on.
+
+    Ours. The tanh share never quite stops the arm: x creeps past its limit as
+    ln(1 + 2 sharpness c t) / (2 sharpness) under a command c. This one does, over a
+    width of 3 / sharpness before the limit, where it is as steep as that at most; so
+    what is inside the limits stays inside.
+
+    Args:
+        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        x: the coordinate that it changes, l [m] or psi [rad].
+        lower: its lower limit.
+        upper: its upper limit.
+        sharpness: alpha [1/m] or beta [1/rad].
+    """
+    width = 3.0 / sharpness
+    outward = smoothstep(x, upper - width, upper)
+    inward = smoothstep(-x, -(lower + width), -lower)
+    return where(command >= 0, outward, inward)
+
+
+SHARES = {"tanh": blended_share, "smoothstep": strict_share}
+"""The share laws, by name."""
+
+
 @dc.dataclass
 class Blending:
     """Authority passes smoothly between arm and base (Kwon, table 1)."""
 
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
+    share: str = "tanh"  # As printed; or "smoothstep", which keeps the workspace.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless both are above zero."""
+        """Raises `ParameterError` unless both are above zero, and the share is one."""
         positive(self, "alpha", "beta")
+        one_of(self, "share", tuple(SHARES))
 
 
 def blending_shares(
     params: Blending, limits: Workspace, command: Any, workspace: Any
 ) -> tuple[Scalar, Scalar]:
     """Returns the base's shares of `v_c` and `omega_c` (eqs. 14 and 15)."""
+    share = SHARES[params.share]
     return (
-        blended_share(
-            command[0], workspace[0], limits.l_min, limits.l_max, params.alpha
-        ),
-        blended_share(
-            command[1], workspace[1], limits.psi_min, limits.psi_max, params.beta
-        ),
+        share(command[0], workspace[0], limits.l_min, limits.l_max, params.alpha),
+        share(command[1], workspace[1], limits.psi_min, limits.psi_max, params.beta),
     )
 
 

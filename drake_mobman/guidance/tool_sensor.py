@@ -53,7 +53,8 @@ class _Look(LeafSystem):
         )
 
     def _calc_motion(self, context: Any, output: Any) -> None:
-        q, v = np.split(self.state.Eval(context), 2)
-        self.model.set_state(q, v)
+        state = self.state.Eval(context)
+        half = len(state) // 2
+        self.model.set_state(state[:half], state[half:])
         p_WE, v_WE = self.model.p_W("tool"), self.model.v_W("tool")
-        output.SetFromVector(np.concatenate([p_WE, v_WE]))
+        output.SetFromVector(np.array([*p_WE, *v_WE]))

@@ -11,7 +11,7 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.symbolic import MakeVectorVariable, cos, sin
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import (
-    MatrixGain,
+    Demultiplexer,
     Multiplexer,
     SymbolicVectorSystem,
     ZeroOrderHold,
@@ -134,6 +134,10 @@ def make_servo_robot(
     builder = DiagramBuilder()
     builder.AddNamedSystem("plant", plant)
     state = plant.get_state_output_port()
+    # Blocks cost at each step of the plant, asked or not: they are few.
+    parts = builder.AddSystem(Demultiplexer([BASE_JOINTS, n, BASE_JOINTS, n]))
+    builder.Connect(state, parts.get_input_port())
+    pose, position, slide, velocity = map(parts.get_output_port, range(4))
 
     held = []
     commands = {signals.BASE_SENT: 2}
@@ -144,25 +148,19 @@ def make_servo_robot(
         builder.ExportInput(hold.get_input_port(), name)
         held.append(hold.get_output_port())
 
-    theta = _picked(builder, state, 2, 1)
     desired = _joined(
-        builder, [theta, *held], _desired_state(start, servo.step, free_arm)
+        builder, [pose, *held], _desired_state(start, servo.step, free_arm)
     )
     builder.Connect(desired, plant.get_desired_state_input_port(body.instance))
 
     forces = plant.get_applied_spatial_force_input_port()
     builder.ExportInput(forces, signals.SPATIAL_FORCES)
-    for name, first, size in (
-        (signals.BASE_POSE, 0, BASE_JOINTS),
-        (signals.ARM_POSITION, BASE_JOINTS, n),
-        (signals.ARM_VELOCITY, 2 * BASE_JOINTS + n, n),
-    ):
-        builder.ExportOutput(_picked(builder, state, first, size), name)
-    slide = _picked(builder, state, BASE_JOINTS + n, BASE_JOINTS)
-    velocity = _joined(builder, [theta, slide], _base_velocity())
-    builder.ExportOutput(velocity, signals.BASE_VELOCITY)
+    builder.ExportOutput(pose, signals.BASE_POSE)
+    builder.ExportOutput(position, signals.ARM_POSITION)
+    builder.ExportOutput(velocity, signals.ARM_VELOCITY)
+    rolling = _joined(builder, [pose, slide], _base_velocity())
+    builder.ExportOutput(rolling, signals.BASE_VELOCITY)
     sensor = builder.AddNamedSystem("sensor", sensor or WorkspaceSensor(robot.arm()))
-    position = _picked(builder, state, BASE_JOINTS, n)
     builder.Connect(position, sensor.get_input_port())
     for name in (signals.WORKSPACE, signals.P_BT):
         builder.ExportOutput(sensor.GetOutputPort(name), name)
@@ -175,7 +173,7 @@ def make_servo_robot(
 def _desired_state(
     start: list[float], step: float, free_arm: bool
 ) -> SymbolicVectorSystem:
-    """Returns what the servos are told, from the heading and the commands held.
+    """Returns what the servos are told, from the base's pose and the commands held.
 
     The base is told to roll along the heading that it will have at the step's end,
     where an implicit servo makes its velocity: so it does not slide while it turns.
@@ -183,27 +181,19 @@ def _desired_state(
     a free arm with a spring.
     """
     n = len(start) - BASE_JOINTS
-    theta, v, omega, *rates = told = MakeVectorVariable(3 if free_arm else 3 + n, "u")
+    told = MakeVectorVariable(BASE_JOINTS + (2 if free_arm else 2 + n), "u")
+    _, _, theta, v, omega, *rates = told
     base = unicycle_rates(theta + step * omega, v, omega)
     velocities = [*base, *(rates or [0.0] * n)]
     return SymbolicVectorSystem(input=told, output=[*start, *velocities])
 
 
 def _base_velocity() -> SymbolicVectorSystem:
-    """Returns `base_velocity` from the heading and the rates of x, y and theta."""
-    theta, x, y, omega = told = MakeVectorVariable(4, "u")
+    """Returns `base_velocity` from the base's pose and its rates."""
+    _, _, theta, x, y, omega = told = MakeVectorVariable(2 * BASE_JOINTS, "u")
     forward = cos(theta) * x + sin(theta) * y
     sideways = cos(theta) * y - sin(theta) * x
     return SymbolicVectorSystem(input=told, output=[forward, sideways, omega])
-
-
-def _picked(
-    builder: DiagramBuilder, port: OutputPort, first: int, size: int
-) -> OutputPort:
-    """Returns a port of `size` elements of `port`, from its `first` one on."""
-    pick = builder.AddSystem(MatrixGain(np.eye(port.size())[first : first + size]))
-    builder.Connect(port, pick.get_input_port())
-    return pick.get_output_port()
 
 
 def _joined(

@@ -65,8 +65,10 @@ def write_scene(run: Run, file: Path) -> None:
     meshcat.SetLine("hand_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75))
     base = np.vstack([log[signals.BASE_POSE][:, :2].T, height])
     meshcat.SetLine("base_path", base, 3, Rgba(0.5, 0.5, 0.5))
-    target = np.array([*q[len(q) // 2, :2], 0.5])
-    meshcat.SetCameraPose(target + np.array([-2.5, -3.5, 2.5]), target)
+    lowest, highest = q[:, :2].min(0), q[:, :2].max(0)
+    target = np.array([*(lowest + highest) / 2, 0.4])
+    away = 1.0 + float(np.linalg.norm(highest - lowest)) / 4
+    meshcat.SetCameraPose(target + away * np.array([-1.0, -2.2, 1.4]), target)
 
     simulator = Simulator(builder.Build())
     meshcat.StartRecording(frames_per_second=_FRAME_RATE)

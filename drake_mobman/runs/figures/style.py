@@ -59,6 +59,7 @@ def name_of(decomposer: Any) -> str:
         return (
             rf"blending, $\alpha$ = {decomposer.alpha:g} 1/m,"
             rf" $\beta$ = {decomposer.beta:g} 1/rad"
+            + (", smoothstep" if decomposer.share == "smoothstep" else "")
         )
     return type(decomposer).__name__.lower()
 
