@@ -12,8 +12,9 @@ from drake_mobman.runs.figures.guided import (
     draw_manipulability,
     draw_zones,
 )
-from drake_mobman.runs.figures.hand import draw_hand_velocity, draw_path, draw_strip
+from drake_mobman.runs.figures.hand import draw_hand_velocity, draw_path
 from drake_mobman.runs.figures.laws import draw_blending, draw_kappa
+from drake_mobman.runs.figures.strip import draw_strip
 from drake_mobman.runs.figures.style import law_of
 from drake_mobman.runs.figures.velocities import (
     draw_angular,
