@@ -165,7 +165,7 @@ def field(
 ) -> None:
     """Draws the velocity field that a scenario's base follows."""
     from drake_mobman.runs.figures.field import field_figures
-    from drake_mobman.runs.run_folder import FolderError, new_folder
+    from drake_mobman.runs.run_folder import FIELD, FolderError, new_folder
     from drake_mobman.runs.scenario import ScenarioError, field_of, load_scenario
 
     try:
@@ -175,7 +175,7 @@ def field(
             refuse(
                 f"{scenario}: its base follows no velocity field; petric_guided does"
             )
-        with new_folder(out) as draft:
+        with new_folder(out, FIELD) as draft:
             figures = field_figures(params, loaded.robot.reach(), loaded.smoother)
             for name, figure in figures:
                 figure.savefig(draft / f"{name}.png")

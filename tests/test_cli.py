@@ -1,5 +1,6 @@
 """The command line: what it writes, what it refuses, and how it ends."""
 
+import errno
 import json
 import os
 import pty
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from drake_mobman.cli import app
@@ -311,3 +313,38 @@ def test_field_of_a_scenario_without_one_is_refused(tmp_path):
     line = refused("field", "kwon_1", "--out", tmp_path / "field")
     assert "follows no velocity field" in line
     assert list(tmp_path.iterdir()) == []
+
+
+def test_field_does_not_replace_a_run(tmp_path):
+    mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
+    before = files_in(tmp_path)
+    line = refused("field", "petric_guided", "--out", tmp_path / "kwon_1")
+    assert "it holds log.npz, which would be lost" in line
+    assert files_in(tmp_path) == before
+
+
+def test_disk_that_fills_up_costs_pictures_only(tmp_path, monkeypatch):
+    def full(*_args, **_kwargs):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", full)
+    result = mobman("run", "kwon_1", "--out", tmp_path, "--set", "duration=0.5")
+    assert result.exit_code == 1
+    assert "pictures not written: [Errno 28] No space left" in result.stderr
+    assert len(np.load(tmp_path / "kwon_1" / "log.npz")["time"]) == 51
+
+
+def test_disk_that_is_full_leaves_the_old_run_as_it_was(tmp_path, monkeypatch):
+    mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
+    before = (tmp_path / "kwon_1" / "log.npz").read_bytes()
+
+    def full(*_args, **_kwargs):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", full)
+    result = mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert "not written" in line
+    assert (tmp_path / "kwon_1" / "log.npz").read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["kwon_1"]

@@ -1,9 +1,10 @@
 """The run folder: what a run leaves behind, whole or not at all."""
 
 import json
+import math
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,11 @@ from drake_mobman.runs.metrics import metrics
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import Run
 
-_OURS = {"scenario.yaml", "log.npz", "metrics.json", "figures", "scene.html"}
-"""What a run folder holds."""
+RUN = ("scenario.yaml", "log.npz", "metrics.json", "figures", "scene.html")
+"""What a run folder holds; one with anything else is not ours to replace."""
 
-_FIELD = "field_"
-"""How the figures of a field begin. A folder with anything else is not ours."""
+FIELD = ("field_*.png",)
+"""The same of a folder of a field's figures."""
 
 
 class FolderError(OSError):
@@ -34,7 +35,7 @@ def check_writable(folder: Path) -> None:
     """
     missing = [p for p in folder.parents if not p.exists()]
     try:
-        shutil.rmtree(_draft(folder))
+        shutil.rmtree(_draft(folder, RUN))
     finally:
         for parent in missing:
             if parent.is_dir():
@@ -42,15 +43,19 @@ def check_writable(folder: Path) -> None:
 
 
 @contextmanager
-def new_folder(folder: Path) -> Iterator[Path]:
+def new_folder(folder: Path, ours: Sequence[str] = RUN) -> Iterator[Path]:
     """Gives a folder to write to, which takes the place of `folder` at the end.
 
-    So `folder` is always whole: the old run, or the new one if nothing went wrong.
+    So `folder` is always whole: the old one, or the new one if nothing went wrong.
+
+    Args:
+        folder: to be made or replaced.
+        ours: patterns of what may be in it and be replaced.
 
     Raises:
-        FolderError: if `folder` cannot be made, or holds something other than a run.
+        FolderError: if `folder` cannot be made, or holds something else.
     """
-    draft = _draft(folder)
+    draft = _draft(folder, ours)
     try:
         yield draft
         if folder.exists():
@@ -73,7 +78,7 @@ def write_run(run: Run, folder: Path) -> dict[str, Any]:
     """
     (folder / "scenario.yaml").write_text(dump_typed(run.scenario))
     np.savez_compressed(folder / "log.npz", **run.log)  # type: ignore[arg-type]
-    numbers = metrics(run)
+    numbers = _finite(metrics(run))
     text = json.dumps(numbers, indent=2, allow_nan=False)
     (folder / "metrics.json").write_text(text + "\n")
     return numbers
@@ -86,7 +91,7 @@ def write_figures(run: Run, folder: Path) -> None:
         figure.savefig(folder / "figures" / f"{name}.png")
 
 
-def _draft(folder: Path) -> Path:
+def _draft(folder: Path, ours: Sequence[str]) -> Path:
     """Returns a new folder beside `folder`, once it is sure that it may replace it."""
     try:
         for parent in folder.parents:
@@ -94,7 +99,7 @@ def _draft(folder: Path) -> Path:
                 raise FolderError(_refusal(folder, f"{parent} is a file"))
         folder.parent.mkdir(parents=True, exist_ok=True)
         if folder.exists():
-            _check_is_run(folder)
+            _check_is_ours(folder, ours)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
         draft.chmod(0o755)
     except FolderError:
@@ -104,17 +109,23 @@ def _draft(folder: Path) -> Path:
     return draft
 
 
-def _check_is_run(folder: Path) -> None:
+def _check_is_ours(folder: Path, ours: Sequence[str]) -> None:
     if not folder.is_dir():
         raise FolderError(_refusal(folder, "it is a file"))
-    others = sorted(p.name for p in folder.iterdir() if not _is_ours(p.name))
-    if others:
-        raise FolderError(_refusal(folder, f"it holds {others[0]}, which is no run's"))
-
-
-def _is_ours(name: str) -> bool:
-    return name in _OURS or name.startswith(_FIELD)
+    for path in sorted(folder.iterdir()):
+        if not any(path.match(pattern) for pattern in ours):
+            why = f"it holds {path.name}, which would be lost"
+            raise FolderError(_refusal(folder, why))
 
 
 def _refusal(folder: Path, why: str) -> str:
-    return f"{folder}: cannot be written, {why}; must be a folder of runs or a new one"
+    return f"{folder}: cannot be written, {why}; must be new, or of an earlier run"
+
+
+def _finite(numbers: Any) -> Any:
+    """Returns metrics with None for what is not finite, which JSON has no word for."""
+    if isinstance(numbers, dict):
+        return {key: _finite(value) for key, value in numbers.items()}
+    if isinstance(numbers, float) and not math.isfinite(numbers):
+        return None
+    return numbers
