@@ -67,7 +67,7 @@ def write_scene(run: Run, file: Path) -> None:
     meshcat.SetLine("base_path", base, 3, Rgba(0.5, 0.5, 0.5))
     lowest, highest = q[:, :2].min(0), q[:, :2].max(0)
     target = np.array([*(lowest + highest) / 2, 0.4])
-    away = 1.0 + float(np.linalg.norm(highest - lowest)) / 4
+    away = 0.8 + float(np.linalg.norm(highest - lowest)) / 6
     meshcat.SetCameraPose(target + away * np.array([-1.0, -2.2, 1.4]), target)
 
     simulator = Simulator(builder.Build())
