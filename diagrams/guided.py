@@ -8,14 +8,13 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman.base.smoother import CommandSmoother
 from drake_mobman.base.velocity_field import VelocityFieldController
-from drake_mobman.compiled import compiled
 from drake_mobman.guidance.guiding_hand import GuidingHand
 from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.robot import make_robot
 from drake_mobman.runs.scenario import Guided
 
-from .wiring import connect_by_name, finished, outputs
+from .wiring import as_wanted, connect_by_name, finished, outputs
 
 
 def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
@@ -54,7 +53,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     add = builder.AddNamedSystem
 
     hand = add("hand", GuidingHand(scenario.hand, period, tool))
-    as_wanted = compiled if scenario.compiled else lambda block: block
+    wanted = as_wanted(scenario)
     robot = add(
         "robot",
         make_robot(
@@ -63,13 +62,13 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
             period,
             scenario.fidelity,
             free_arm=True,
-            as_wanted=as_wanted,
+            as_wanted=wanted,
         ),
     )
     sensor = add("tool_sensor", ToolSensor(model))
     controller = VelocityFieldController(scenario.field, scenario.robot.reach())
-    field = add("field", as_wanted(controller))
-    smoother = add("smoother", as_wanted(CommandSmoother(scenario.smoother, period)))
+    field = add("field", wanted(controller))
+    smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
     systems = [hand, robot, sensor, field, smoother]
     ports = outputs(systems)
     connect_by_name(builder, ports, systems)

@@ -14,7 +14,6 @@ from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import CommandSmoother
 from drake_mobman.base.velocity_field import VelocityField
-from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.field import FieldDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
@@ -24,7 +23,7 @@ from drake_mobman.runs.scenario import Teleop
 from drake_mobman.teleop.guard import CommandGuard
 from drake_mobman.teleop.scripted import Script, ScriptedSource
 
-from .wiring import connect_by_name, finished, outputs
+from .wiring import as_wanted, connect_by_name, finished, outputs
 
 DECOMPOSERS = {Blending: BlendingDecomposer, Switching: SwitchingDecomposer}
 """The block of each decomposer that splits by shares."""
@@ -88,12 +87,12 @@ def make_teleop_diagram(
     builder = DiagramBuilder()
     add = builder.AddNamedSystem
 
-    as_wanted = compiled if scenario.compiled else lambda block: block
+    wanted = as_wanted(scenario)
 
     guard = add("guard", CommandGuard(scenario.guard, period))
-    decomposer = add("decomposer", decomposer or as_wanted(make_decomposer(scenario)))
-    smoother = add("smoother", as_wanted(CommandSmoother(scenario.smoother, period)))
-    arm = add("arm", as_wanted(make_arm_inverse(scenario, model)))
+    decomposer = add("decomposer", decomposer or wanted(make_decomposer(scenario)))
+    smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
+    arm = add("arm", wanted(make_arm_inverse(scenario, model)))
     robot = add(
         "robot",
         make_robot(
@@ -101,7 +100,7 @@ def make_teleop_diagram(
             start,
             period,
             scenario.fidelity,
-            as_wanted=as_wanted,
+            as_wanted=wanted,
         ),
     )
 

@@ -1,15 +1,22 @@
 """One name is one signal: whoever puts it out feeds all who take it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 
 from drake_mobman import signals
+from drake_mobman.compiled import compiled
 from drake_mobman.runs.log import log_signals
+from drake_mobman.runs.scenario import Scenario
 
 Ports = dict[str, Any]
 """Output ports by the name of the signal that they put out."""
+
+
+def as_wanted(scenario: Scenario) -> Callable[[Any], Any]:
+    """Returns what makes of a block the one that goes into the scenario's diagram."""
+    return compiled if scenario.compiled else lambda block: block
 
 
 def outputs(systems: Sequence[Any]) -> Ports:
