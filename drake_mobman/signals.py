@@ -39,6 +39,9 @@ BASE_VELOCITY = "base_velocity"
 GUARD_STATUS = "guard_status"
 """1: why the guard stops the command, a `GuardStatus`."""
 
+DECOMPOSER_STATUS = "decomposer_status"
+"""1: what keeps the hand slower than commanded, a sum of `DecomposerStatus` flags."""
+
 ARM_STATUS = "arm_status"
 """1: what bounds the arm's rates, a sum of `ArmStatus` flags."""
 
