@@ -3,6 +3,8 @@
 from typing import Any
 
 from pydrake.symbolic import Formula, if_then_else
+from pydrake.symbolic import max as symbolic_max
+from pydrake.symbolic import min as symbolic_min
 
 Scalar = Any
 """A float, an `AutoDiffXd` or an `Expression`; a law takes any of them."""
@@ -17,17 +19,23 @@ def where(condition: Any, if_true: Scalar, if_false: Scalar) -> Scalar:
 
 def smaller(a: Scalar, b: Scalar) -> Scalar:
     """Returns the smaller of `a` and `b`; of equals, `a`."""
-    return where(b < a, b, a)
+    less = b < a
+    if isinstance(less, Formula):
+        return symbolic_min(a, b)  # To choose by a formula would double what is chosen.
+    return b if less else a
 
 
 def larger(a: Scalar, b: Scalar) -> Scalar:
     """Returns the larger of `a` and `b`; of equals, `a`."""
-    return where(b > a, b, a)
+    more = b > a
+    if isinstance(more, Formula):
+        return symbolic_max(a, b)
+    return b if more else a
 
 
 def saturated(x: Scalar, limit: Scalar) -> Scalar:
     """Returns `x` held within `[-limit, limit]` (Petric & Zlajpah, eq. 11)."""
-    return where(x > limit, limit, where(x < -limit, -limit, x))
+    return larger(smaller(x, limit), -limit)
 
 
 def smoothstep(x: Scalar, lower: Scalar, upper: Scalar) -> Scalar:

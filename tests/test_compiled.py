@@ -1,7 +1,10 @@
 """Compiled blocks do as the blocks they are made from."""
 
+import functools
+
 import numpy as np
 import pytest
+from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
@@ -9,6 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
+from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.workspace_sensor import WorkspaceSensor
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
@@ -31,6 +35,16 @@ DRIFT = 1e-9
 
 PERIOD = 0.01
 
+
+def exact_decomposer(name, *overrides):
+    _, scenario = load_scenario(name, ["decomposer=exact", *overrides])
+    return make_decomposer(scenario, RobotModel(scenario.robot))
+
+
+def inverse(robot, by):
+    return ClosedFormInverse(robot.arm(), RobotModel(robot).limits, PERIOD, by)
+
+
 BLOCKS = {
     "smoother": lambda: CommandSmoother(Smoother(), PERIOD),
     "pass-through": lambda: CommandSmoother(Smoother(enabled=False), PERIOD),
@@ -40,8 +54,20 @@ BLOCKS = {
     "planar sensor": lambda: WorkspaceSensor(Planar().arm()),
     "spatial sensor": lambda: WorkspaceSensor(Spatial().arm()),
     "franka sensor": lambda: WorkspaceSensor(FrankaTiago().arm()),
+    "exact, planar": lambda: exact_decomposer("kwon_arbitrary"),
+    "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother.enabled=true"),
+    "planar inverse": lambda: inverse(Planar(), by="positions"),
+    "planar inverse by rates": lambda: inverse(Planar(), by="rates"),
+    "spatial inverse": lambda: inverse(Spatial(), by="positions"),
     "robot": lambda: KinematicRobot([0.1, 0.2, 0.3, 0.4, -0.5], PERIOD),
 }
+
+
+@functools.cache
+def both(name):
+    """Returns a block and the same compiled."""
+    block = BLOCKS[name]()
+    return block, compiled(block)
 
 
 def ports(block):
@@ -79,7 +105,7 @@ def test_no_output_depends_on_an_input_that_it_did_not_depend_on(name):
 @given(seed=st.integers(0, 2**32 - 1))
 def test_outputs_are_the_same_to_rounding(name, seed):
     random = np.random.default_rng(seed)
-    block = BLOCKS[name]()
+    block, quick = both(name)
     told = {p.get_name(): random.uniform(-1, 1, p.size()) for p in ports(block)[0]}
 
     def outputs(system):
@@ -88,7 +114,7 @@ def test_outputs_are_the_same_to_rounding(name, seed):
             system.GetInputPort(port).FixValue(context, value)
         return {p.get_name(): p.Eval(context) for p in ports(system)[1]}
 
-    wanted, got = outputs(block), outputs(compiled(block))
+    wanted, got = outputs(block), outputs(quick)
     for port, value in wanted.items():
         np.testing.assert_allclose(got[port], value, rtol=ROUNDING, atol=ROUNDING)
 
@@ -112,14 +138,14 @@ def test_states_go_the_same_way_under_a_held_input(name):
     assert np.ptp(wanted) > 0.05
 
 
-def test_law_that_would_be_slower_compiled_is_left_as_it_is():
-    limits = RobotModel(Planar()).limits
-    block = ClosedFormInverse(Planar().arm(), limits, PERIOD)
+def test_block_that_asks_a_multibody_plant_is_left_as_it_is():
+    arm = FrankaTiago().arm()
+    block = DampedInverse(arm, RobotModel(FrankaTiago()).limits, PERIOD)
     assert compiled(block) is block
 
 
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial"])
-@pytest.mark.parametrize("decomposer", ["blending", "switching"])
+@pytest.mark.parametrize("decomposer", ["blending", "switching", "exact"])
 def test_compiled_scenario_gives_the_same_log_to_rounding(name, decomposer):
     overrides = [f"decomposer={decomposer}"]
     plain = simulate(load_scenario(name, overrides)[1]).log

@@ -111,9 +111,12 @@ def commanded_V_BE(q, command):
 
 def tilt_of(q):
     """Returns how far the hand is turned from level [rad], for small angles."""
-    c, s = np.cos(ARM.workspace(q)[1]), np.sin(ARM.workspace(q)[1])
-    turned = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    return np.linalg.norm(tilt(R_BE(q), turned @ R_BE(POSTURE)))
+    return np.linalg.norm(tilt(R_BE(q), R_z(ARM.workspace(q)[1]) @ R_BE(POSTURE)))
+
+
+def R_z(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
 def swivelled(angle):
@@ -230,6 +233,33 @@ def test_a_tilted_hand_is_brought_back_while_it_moves():
     # By a first-order lag of 1 s, for 5 s; Euler steps of 1 % are worth 3 %.
     assert tilt_of(q) < 1.1 * math.exp(-5) * tilted
     np.testing.assert_allclose(ARM.workspace(q), start + 5 * command, atol=1e-3)
+
+
+# Turned apart from the reach.
+
+
+@given(command=COMMAND, yaw=st.floats(-3.0, 3.0))
+def test_a_hand_turned_apart_is_moved_and_turned_by_parts_of_its_rates(command, yaw):
+    for q in regular_angles(5):
+        hand, turn, home, damped = ARM.hand_turn_and_home_rates(q, command, yaw)
+        assert not damped
+        expected = commanded_V_BE(q, command)
+        np.testing.assert_allclose(V_BE(q, hand), expected, rtol=0, atol=RATES)
+        by_turn = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+        np.testing.assert_allclose(V_BE(q, turn), by_turn, rtol=0, atol=RATES)
+        level = R_z(yaw) @ R_BE(POSTURE)
+        by_home = np.append(ARM.damping.level_gain * tilt(R_BE(q), level), np.zeros(3))
+        np.testing.assert_allclose(V_BE(q, home), by_home, rtol=0, atol=RATES)
+
+
+@given(q=LEVEL, apart=st.floats(-1.5, 1.5))
+def test_yaw_is_that_of_the_reach_and_what_the_hand_is_turned_beside_it(q, apart):
+    psi = ARM.workspace(q)[1]
+    assert ARM.yaw(q) == pytest.approx(psi, abs=1e-9)
+    # The last joint counts downwards, as the hand points there.
+    turned = np.append(q[:6], q[6] - apart)
+    off = ARM.yaw(turned) - psi - apart
+    assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
 
 
 # Posture.

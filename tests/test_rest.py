@@ -21,7 +21,7 @@ SLOPE = 1e-7
 """Of central differences: a step of 1e-6, squared, times a third derivative of up to
 1e2; and rounding over the step."""
 
-LEAST_REACH = 0.05
+LEAST_REACH = 0.01
 """The law's own: a shorter reach counts as this much [m]."""
 
 ROBOTS = {

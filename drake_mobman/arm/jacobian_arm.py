@@ -1,12 +1,12 @@
 """Any arm, by the Jacobian of its model, damped where that is nearly singular.
 
 The hand keeps level and turns with the reach, as that of Kwon's spatial arm does in
-closed form; a seventh joint keeps the elbow near a posture meanwhile. Damping after
-Nakamura & Hanafusa (1986), the null space after Liegeois (1977).
+closed form, or apart from it; a seventh joint keeps the elbow near a posture meanwhile.
+Damping after Nakamura & Hanafusa (1986), the null space after Liegeois (1977).
 """
 
 import dataclasses as dc
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
@@ -77,8 +77,7 @@ def damped_pseudo_inverse(J: Any, damping: Damping) -> tuple[Any, Scalar]:
         J: Jacobian (6, n) of V_BE, rotational rows first.
         damping: its `length` weighs these rows, its `threshold` bounds w.
     """
-    weights = np.array([damping.length] * 3 + [1.0] * 3)
-    scaled = weights[:, None] * J
+    scaled, weights = _scaled(J, damping)
     gram = scaled @ scaled.T
     inverse = inv(gram + _TINY * _EYE)
     w_squared = 1.0 / np.trace(inverse)
@@ -86,6 +85,18 @@ def damped_pseudo_inverse(J: Any, damping: Damping) -> tuple[Any, Scalar]:
     if near > 0:
         inverse = inv(gram + (near * damping.threshold) ** 2 * _EYE)
     return scaled.T @ inverse * weights, 1.0 if near > 0 else 0.0
+
+
+def pseudo_inverse(J: Any, damping: Damping) -> Any:
+    """Returns the same without damping, however large it is."""
+    scaled, weights = _scaled(J, damping)
+    return scaled.T @ inv(scaled @ scaled.T + _TINY * _EYE) * weights
+
+
+def _scaled(J: Any, damping: Damping) -> tuple[Any, Any]:
+    """Returns J with its rotational rows in metres, and the weights (6,) of its rows."""
+    weights = np.array([damping.length] * 3 + [1.0] * 3)
+    return weights[:, None] * J, weights
 
 
 class JacobianArm:
@@ -144,6 +155,14 @@ class JacobianArm:
         l, bearing, z = self._hand(self._at(q).X_BE(), q)
         return l, q[0] + bearing, z
 
+    def yaw(self, q: Any) -> Scalar:
+        """Returns the hand's yaw in B, psi where it is turned to its reach [rad].
+
+        Of a hand that is not level, that of the level one nearest to it.
+        """
+        M = self._at(q).X_BE().rotation().matrix() @ self._R_level.T
+        return atan2(M[1, 0] - M[0, 1], M[0, 0] + M[1, 1])
+
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the wrist centre's position in B."""
         if self._reduced:
@@ -155,6 +174,16 @@ class JacobianArm:
         """Returns the joint rates (n,) that move the hand and keep the posture."""
         hand, posture, _ = self.hand_and_posture_rates(q, workspace_rates)
         return [a + b for a, b in zip(hand, posture, strict=True)]
+
+    def undamped_rates(self, q: Any, *workspace_rates: Any) -> list[list[Scalar]]:
+        """Returns the joint rates (n,) of each, however fast; the posture is not kept.
+
+        The hand turns with its reach.
+        """
+        model = self._at(q)
+        psi = q[0] + self._hand(model.X_BE(), q)[1]
+        J_plus = pseudo_inverse(model.J_V_BE(), self.damping)
+        return [_hand_rates(psi, J_plus, each) for each in workspace_rates]
 
     def hand_and_posture_rates(
         self, q: Any, workspace_rates: Any
@@ -168,26 +197,31 @@ class JacobianArm:
             q: joint angles (n,) [rad].
             workspace_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
         """
-        damping = self.damping
-        model = self._at(q)
-        X_BE, J = model.X_BE(), model.J_V_BE()
-        bearing = self._hand(X_BE, q)[1]
-        psi = q[0] + bearing
-        v_m, omega_m, v_z = workspace_rates
+        stance = self._stance(q)
+        w = self._levelling(stance, stance.psi)
+        hand = _hand_rates(stance.psi, stance.J_plus, workspace_rates, w)
+        return hand, stance.posture.tolist(), stance.damped
 
-        # What is left of V_BE where the first joint turns all with omega_m.
-        R_level = _turned(psi) @ self._R_level
-        w = damping.level_gain * tilt(X_BE.rotation().matrix(), R_level)
-        V_BE = np.append(w, [v_m * cos(psi), v_m * sin(psi), v_z])
+    def hand_turn_and_home_rates(
+        self, q: Any, workspace_rates: Any, yaw: Scalar
+    ) -> tuple[list[Scalar], list[Scalar], list[Scalar], Scalar]:
+        """Returns the joint rates of a hand that is turned apart from its reach.
 
-        away = self.posture - q
-        away[0] = _wrapped(bearing - self._bearing)
-        pull = _shortened(damping.posture_gain * away, damping.posture_speed)
+        In three parts (n,), and 1 where they are damped, else 0. The first moves the
+        hand as told, turning with its reach. The others leave it in its place: the
+        second turns it by 1 rad/s, the third brings it level and to `yaw`, and the
+        joints nearer to the posture.
 
-        J_plus, damped = damped_pseudo_inverse(J, damping)
-        hand = (J_plus @ V_BE).tolist()
-        hand[0] += omega_m
-        return hand, (pull - J_plus @ (J @ pull)).tolist(), damped
+        Args:
+            q: joint angles (n,) [rad].
+            workspace_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
+            yaw: where the hand is to be turned to, in B [rad].
+        """
+        stance = self._stance(q)
+        hand = _hand_rates(stance.psi, stance.J_plus, workspace_rates)
+        turn = stance.J_plus[:, 2]
+        home = stance.J_plus[:, :3] @ self._levelling(stance, yaw) + stance.posture
+        return hand, turn.tolist(), home.tolist(), stance.damped
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where `rates` is damped, else 0."""
@@ -206,6 +240,28 @@ class JacobianArm:
         q, error = self._nearest(workspace)
         missed = np.abs(np.subtract(self.workspace(q), workspace))
         return bool(max(error, *missed) < _REACHED)
+
+    def _stance(self, q: Any) -> "_Stance":
+        """Returns what rates are made of at `q`."""
+        model = self._at(q)
+        X_BE, J = model.X_BE(), model.J_V_BE()
+        bearing = self._hand(X_BE, q)[1]
+        J_plus, damped = damped_pseudo_inverse(J, self.damping)
+        away = self.posture - q
+        away[0] = _wrapped(bearing - self._bearing)
+        pull = _shortened(self.damping.posture_gain * away, self.damping.posture_speed)
+        return _Stance(
+            R_BE=X_BE.rotation().matrix(),
+            psi=q[0] + bearing,
+            J_plus=J_plus,
+            posture=pull - J_plus @ (J @ pull),
+            damped=damped,
+        )
+
+    def _levelling(self, stance: "_Stance", yaw: Scalar) -> Any:
+        """Returns how the hand is to turn to be level and at `yaw` (3,) [rad/s]."""
+        R_level = _turned(yaw) @ self._R_level
+        return self.damping.level_gain * tilt(stance.R_BE, R_level)
 
     def _at(self, q: Any) -> "_Model":
         """Returns the model for the scalars of `q`, with its joints there."""
@@ -262,6 +318,37 @@ class JacobianArm:
         J = model.J_V_BE()
         J[:3] *= weight
         return error, J
+
+
+class _Stance(NamedTuple):
+    """An arm at some joint angles, by what its rates are made of."""
+
+    R_BE: Any  # (3, 3).
+    psi: Scalar  # [rad].
+    J_plus: Any  # Damped pseudo-inverse of J_V_BE (n, 6).
+    posture: Any  # Rates that bring the joints nearer to the posture (n,) [rad/s].
+    damped: Scalar  # 1 where J_plus is damped, else 0.
+
+
+def _hand_rates(
+    psi: Scalar, J_plus: Any, workspace_rates: Any, w: Any = (0.0, 0.0, 0.0)
+) -> list[Scalar]:
+    """Returns the joint rates (n,) [rad/s] that make `workspace_rates`.
+
+    The first joint turns all with omega_m, which no singularity disturbs; the others
+    make what is left of V_BE.
+
+    Args:
+        psi: of the hand [rad].
+        J_plus: pseudo-inverse of J_V_BE (n, 6).
+        workspace_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
+        w: how the hand turns beside omega_m (3,) [rad/s].
+    """
+    v_m, omega_m, v_z = workspace_rates
+    along = [v_m * cos(psi), v_m * sin(psi), v_z]
+    rates = (J_plus @ np.array([*w, *along])).tolist()
+    rates[0] += omega_m
+    return rates
 
 
 class _Model:

@@ -29,7 +29,13 @@ class ArmKinematics(Protocol):
         """Returns the joint angles (n,) at `workspace`, or at the nearest in reach."""
 
     def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
-        """Returns the joint rates (n,) that make `workspace_rates`, bounded."""
+        """Returns the joint rates (n,) that make `workspace_rates`, damped."""
+
+    def undamped_rates(self, q: Any, *workspace_rates: Any) -> list[list[Scalar]]:
+        """Returns for each of several the joint rates that it takes, however fast.
+
+        Linear in each: what tells how much of a command the joints can make.
+        """
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where `rates` falls short of what it is asked, else 0."""

@@ -42,12 +42,17 @@ class PlanarArm:
 
     def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
         """Returns the rates of shoulder and elbow; the rate of z counts not at all."""
+        return self._by(two_link.rates, q, workspace_rates)
+
+    def undamped_rates(self, q: Any, *workspace_rates: Any) -> list[list[Scalar]]:
+        """Returns the same for each of several, however fast."""
+        return [self._by(two_link.undamped_rates, q, each) for each in workspace_rates]
+
+    def _by(self, law: Any, q: Any, workspace_rates: Any) -> list[Scalar]:
         l, psi, _ = self.workspace(q)
         v_l, v_psi, _ = workspace_rates
         # Seen from axes that lie along the reach, where the tip is at angle 0.
-        return list(
-            two_link.rates(q[0] - psi, q[1], v_l, l * v_psi, self.upper, self.lower)
-        )
+        return list(law(q[0] - psi, q[1], v_l, l * v_psi, self.upper, self.lower))
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""

@@ -43,8 +43,15 @@ class SpatialArm:
 
     def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
         """Returns the rates of all joints; the wrist pitches against the arm."""
+        return self._by(two_link.rates, q, workspace_rates)
+
+    def undamped_rates(self, q: Any, *workspace_rates: Any) -> list[list[Scalar]]:
+        """Returns the same for each of several, however fast."""
+        return [self._by(two_link.undamped_rates, q, each) for each in workspace_rates]
+
+    def _by(self, law: Any, q: Any, workspace_rates: Any) -> list[Scalar]:
         v_l, v_psi, v_z = workspace_rates
-        shoulder, elbow = two_link.rates(q[1], q[2], v_l, v_z, self.upper, self.lower)
+        shoulder, elbow = law(q[1], q[2], v_l, v_z, self.upper, self.lower)
         return [v_psi, shoulder, elbow, 0.0 * v_psi, -(shoulder + elbow), 0.0 * v_psi]
 
     def is_near_singular(self, q: Any) -> Scalar:

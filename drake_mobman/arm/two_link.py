@@ -12,6 +12,9 @@ from drake_mobman.scalars import Scalar, larger, smaller, where
 _NEAR_SINGULAR = 0.05
 """|sin theta_2| below which the rates are damped; outside, they are exact."""
 
+_LEAST_SINE = 0.01
+"""Stands for a smaller -sin theta_2 where the rates are not damped."""
+
 _ROUNDING = 1e-15
 """Let off at the border of the reach, as a share of the reach squared."""
 
@@ -81,8 +84,35 @@ def rates(
     stay finite, and the tip falls short of its command.
     """
     s = sin(theta_2)
-    near = larger(1 - (s / _NEAR_SINGULAR) ** 2, 0.0)
-    scale = s / (s * s + (_NEAR_SINGULAR * near) ** 2) / (upper * lower)
+    damping = _NEAR_SINGULAR * larger(1 - (s / _NEAR_SINGULAR) ** 2, 0.0)
+    reciprocal = s / (s * s + damping * damping)
+    return _rates(theta_1, theta_2, v_l, v_z, upper, lower, reciprocal)
+
+
+def undamped_rates(
+    theta_1: Scalar,
+    theta_2: Scalar,
+    v_l: Scalar,
+    v_z: Scalar,
+    upper: float,
+    lower: float,
+) -> tuple[Scalar, Scalar]:
+    """Returns the same without damping: as large as they are, up to a hundredfold."""
+    reciprocal = -1.0 / larger(-sin(theta_2), _LEAST_SINE)
+    return _rates(theta_1, theta_2, v_l, v_z, upper, lower, reciprocal)
+
+
+def _rates(
+    theta_1: Scalar,
+    theta_2: Scalar,
+    v_l: Scalar,
+    v_z: Scalar,
+    upper: float,
+    lower: float,
+    reciprocal: Scalar,
+) -> tuple[Scalar, Scalar]:
+    """Returns the rates with what stands for 1/sin(theta_2)."""
+    scale = reciprocal / (upper * lower)
     both = theta_1 + theta_2
     c_b, s_b = lower * cos(both), lower * sin(both)
     c, s = upper * cos(theta_1) + c_b, upper * sin(theta_1) + s_b

@@ -22,7 +22,7 @@ from drake_mobman.parameters import (
     one_of,
     positive,
 )
-from drake_mobman.scalars import Scalar, larger, smoothstep, where
+from drake_mobman.scalars import Scalar, smoothstep, where
 
 
 class Zone(enum.IntFlag):
@@ -138,7 +138,7 @@ def linear_velocity(d_f: Scalar, d_r: Scalar, params: VelocityField) -> Scalar:
 
 def yaw_rate(phi: Scalar, params: VelocityField) -> Scalar:
     """Returns omega [rad/s] (eqs. 5, 6) at the heading error `phi` [rad]."""
-    gamma = smoothstep(larger(phi, -phi), params.phi_min, params.phi_max)
+    gamma = smoothstep(abs(phi), params.phi_min, params.phi_max)
     return params.K_omega * where(phi < 0, -gamma, gamma)
 
 
@@ -163,7 +163,7 @@ def field_zone(p_BT: Any, params: VelocityField, reach: Reach) -> Scalar:
     phi = atan2(p_BT[1], p_BT[0])
     forward = where(d_f < params.Delta_f, float(Zone.FORWARD), 0.0)
     linear = where(d_r < params.Delta_r, float(Zone.RETREAT), forward)
-    aside = where(larger(phi, -phi) > params.phi_min, float(Zone.ROTATION), 0.0)
+    aside = where(abs(phi) > params.phi_min, float(Zone.ROTATION), 0.0)
     return linear + aside
 
 

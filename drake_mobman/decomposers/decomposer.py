@@ -19,12 +19,18 @@ and of the angular command, each in [0, 1]; `command` and `workspace` are the si
 
 
 def declare_decomposer_ports(
-    block: Any, joints: int, calc_base: Any, calc_share: Any, calc_arm: Any
+    block: Any,
+    joints: int,
+    calc_base: Any,
+    calc_share: Any,
+    calc_arm: Any,
+    calc_status: Any = None,
 ) -> None:
     """Declares the ports that every decomposer has, so that one swaps for another.
 
     What the base does may not depend on `base_sent`: the outputs' prerequisites say
-    so, and the loop through smoother and decomposer is no algebraic one.
+    so, and the loop through smoother and decomposer is no algebraic one. A decomposer
+    that can fall short of its command has `decomposer_status` besides.
     """
     block.command = block.DeclareVectorInputPort(signals.EE_COMMAND, 3)
     block.workspace = block.DeclareVectorInputPort(signals.WORKSPACE, 3)
@@ -33,7 +39,7 @@ def declare_decomposer_ports(
     state = {
         block.input_port_ticket(port.get_index())
         for port in (block.command, block.workspace, block.arm_position)
-    }
+    } | {block.xd_ticket()}
     sent = block.input_port_ticket(block.base_sent.get_index())
     block.base_command = block.DeclareVectorOutputPort(
         signals.BASE_COMMAND, 2, calc_base, prerequisites_of_calc=state
@@ -44,6 +50,13 @@ def declare_decomposer_ports(
     block.arm_command = block.DeclareVectorOutputPort(
         signals.ARM_COMMAND, 3, calc_arm, prerequisites_of_calc=state | {sent}
     )
+    if calc_status is not None:
+        block.decomposer_status = block.DeclareVectorOutputPort(
+            signals.DECOMPOSER_STATUS,
+            1,
+            calc_status,
+            prerequisites_of_calc=state | {sent},
+        )
 
 
 def share_decomposer(name: str, law: ShareLaw) -> Any:

@@ -11,7 +11,7 @@ from pydrake.math import cos, sin
 
 from drake_mobman.scalars import Scalar, larger
 
-_LEAST_REACH = 0.05
+LEAST_REACH = 0.01
 """Stands in for a shorter reach [m], where no rate of psi would do."""
 
 
@@ -33,7 +33,7 @@ def carried_rates(
     l, psi = workspace[0], workspace[1]
     across = omega_b * (l + ahead * cos(psi)) - v_b * sin(psi)
     along = v_b * cos(psi) + omega_b * ahead * sin(psi)
-    return along, across / larger(l, _LEAST_REACH)
+    return along, across / larger(l, LEAST_REACH)
 
 
 def exact_rest(

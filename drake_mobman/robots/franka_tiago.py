@@ -8,8 +8,9 @@ import numpy as np
 from pydrake.math import cos, sin
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.oriented_inverse import ORIENTATIONS
 from drake_mobman.base.velocity_field import Reach
-from drake_mobman.parameters import positive
+from drake_mobman.parameters import one_of, positive
 from drake_mobman.robots.model import RobotModel, filled_urdf
 from drake_mobman.scalars import Scalar
 
@@ -26,9 +27,13 @@ class FrankaTiago:
     """Seven joints on a base with two driven wheels, by their makers' numbers."""
 
     mount: float = 0.1  # From the base's top up to the arm's foot [m].
+    # How the level hand is turned: along the `reach`, or apart from it and whatever the
+    # base does, in W at omega_c (`turning`) or not at all (`held`).
+    orientation: str = "reach"
 
     def check(self) -> None:
-        """Raises `ParameterError` where a length is not one."""
+        """Raises `ParameterError` where a length or the orientation is not one."""
+        one_of(self, "orientation", ORIENTATIONS)
         positive(self, "mount")
 
     def urdf(self) -> str:

@@ -1,25 +1,35 @@
 """The spatial robot of Kwon et al., fig. 2 and section 3."""
 
 import dataclasses as dc
+import math
 
+from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.oriented_inverse import ORIENTATIONS
 from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.base.velocity_field import Reach
-from drake_mobman.parameters import not_negative, positive
-from drake_mobman.robots.model import filled_urdf
+from drake_mobman.parameters import not_negative, one_of, positive
+from drake_mobman.robots.model import RobotModel, filled_urdf
+
+POSTURE = (0.0, math.pi / 4, -math.pi / 2, 0.0, math.pi / 4, 0.0)
+"""Joint angles with the hand level and ahead, and the elbow at a right angle [rad]."""
 
 
 @dc.dataclass
 class Spatial:
-    """Six joints: three place the wrist, three keep the hand level along the reach."""
+    """Six joints: three place the wrist, three keep the hand level."""
 
     upper_link: float = 1.0  # From shoulder to elbow [m].
     lower_link: float = 1.0  # From elbow to the wrist's centre [m].
     hand: float = 0.12  # From the wrist's centre to the tool [m].
     shoulder_ahead: float = 0.15  # Shoulder ahead of the base's centre, d [m].
     shoulder_height: float = 0.7  # Shoulder above the floor, l_0 [m].
+    # How the level hand is turned: along the `reach`, or apart from it and whatever the
+    # base does, in W at omega_c (`turning`) or not at all (`held`).
+    orientation: str = "reach"
 
     def check(self) -> None:
-        """Raises `ParameterError` where a length is not one."""
+        """Raises `ParameterError` where a length or the orientation is not one."""
+        one_of(self, "orientation", ORIENTATIONS)
         positive(self, "upper_link", "lower_link", "hand")
         not_negative(self, "shoulder_height")
 
@@ -39,7 +49,14 @@ class Spatial:
         r_f = self.upper_link + self.lower_link
         return Reach(self.shoulder_height, r_f, self.shoulder_ahead)
 
-    def arm(self) -> SpatialArm:
-        """Returns the arm's kinematics in closed form."""
+    def arm(self) -> SpatialArm | JacobianArm:
+        """Returns the arm's kinematics.
+
+        In closed form for a hand along its reach; else by its Jacobian, T in closed
+        form all the same.
+        """
         p_BS = (self.shoulder_ahead, 0.0, self.shoulder_height)
-        return SpatialArm(self.upper_link, self.lower_link, self.hand, p_BS)
+        arm = SpatialArm(self.upper_link, self.lower_link, self.hand, p_BS)
+        if self.orientation == "reach":
+            return arm
+        return JacobianArm(RobotModel(self).plant, POSTURE, reduced=arm)

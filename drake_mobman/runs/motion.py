@@ -23,12 +23,13 @@ class HandMotion:
     position: np.ndarray  # x, y of E in W (N, 2) [m].
     axes: np.ndarray  # Angle of the reach in W (N,) [rad].
     velocity: np.ndarray  # True velocity: radial, tangential (N, 2) [m/s].
-    commanded: np.ndarray  # Commanded velocity: v_c, l omega_c (N, 2) [m/s].
+    commanded: np.ndarray  # Commanded from then on: v_c, l omega_c (N, 2) [m/s].
+    in_force: np.ndarray  # Commanded of the velocity that is there (N, 2) [m/s].
 
     @property
     def error(self) -> np.ndarray:
-        """Returns the true velocity less the commanded one (N, 2) [m/s]."""
-        return self.velocity - self.commanded
+        """Returns the true velocity less the one commanded of it (N, 2) [m/s]."""
+        return self.velocity - self.in_force
 
     def led(self, period: float) -> np.ndarray:
         """Returns x, y in W (N, 2) [m] of where the commanded velocity leads E.
@@ -47,7 +48,12 @@ class HandMotion:
 
 
 def hand_motion(run: Run) -> HandMotion:
-    """Returns the hand's motion in a run; not commanded, it is commanded to rest."""
+    """Returns the hand's motion in a run; not commanded, it is commanded to rest.
+
+    At fidelity `Kinematic` the hand has at once the velocity that it is commanded. With
+    masses, the one that it has at a tick is what the command of the tick before, held
+    until then, has made of it.
+    """
     log, arm = run.log, run.scenario.robot.arm()
     l, psi = log[signals.WORKSPACE][:, 0], log[signals.WORKSPACE][:, 1]
     x, y, theta = log[signals.BASE_POSE].T
@@ -67,12 +73,17 @@ def hand_motion(run: Run) -> HandMotion:
         ],
         1,
     )
-    v_c, omega_c, _ = log.get(signals.EE_COMMAND, np.zeros((len(l), 3))).T
+    command = log.get(signals.EE_COMMAND, np.zeros((len(l), 3)))[:, :2]
+    held = command
+    if not isinstance(run.scenario.fidelity, Kinematic):
+        held = np.vstack([np.zeros(2), command[:-1]])
+    lever = np.stack([np.ones_like(l), l], 1)
     return HandMotion(
         position=position,
         axes=axes,
         velocity=np.stack([radial, tangential], 1),
-        commanded=np.stack([v_c, l * omega_c], 1),
+        commanded=lever * command,
+        in_force=lever * held,
     )
 
 

@@ -1,0 +1,278 @@
+"""Base and arm told at once by Drake's own differential inverse kinematics.
+
+maximize    100 alpha - |P (u - N^+ K (q_nominal - q))|^2
+subject to  J u = alpha V,  0 <= alpha <= 1,
+            q_min <= q + N u dt <= q_max,  u_min <= u <= u_max,
+
+u = [v_b, omega_b, q_dot_arm], P a basis of J's null space: the hand keeps its direction
+and is as fast as the limits let it be, and what is left of u brings the arm back to its
+posture. N(q) maps u to the rates of x, y, theta and the joints: with it, the base rolls
+and does not slide. It is Drake's `DoDifferentialInverseKinematics`, with the robot seen
+from B: where the base stands makes no difference.
+"""
+
+import dataclasses as dc
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.multibody.inverse_kinematics import (
+    DifferentialInverseKinematicsParameters,
+    DoDifferentialInverseKinematics,
+)
+from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.solvers import OsqpSolver
+
+from drake_mobman.arm.jacobian_arm import JacobianArm, tilt
+from drake_mobman.arm.limits import JointLimits, braking_rate
+from drake_mobman.decomposers.qp import BASE_RATES, SolvedDecomposer
+from drake_mobman.parameters import checked, not_negative, positive
+from drake_mobman.robots.model import BASE_JOINTS, Robot, RobotModel
+
+_LEVEL_JOINTS = 6
+"""Joints that it takes to place the hand and to keep it level; with fewer, the hand
+moves in the plane."""
+
+_UNITS = (0.2, 0.1)
+"""Of all rates in Drake's program [m/s] and [rad/s], tried one after the other.
+
+In units of 1, alpha all but hides the rest of the cost: OSQP takes five times as long
+and gives up on many a program that has a solution. In either of these it does so on one
+in a hundred, and not on the same. Smaller ones would cost the hand speed.
+"""
+
+
+@dc.dataclass
+class DiffIk:
+    """Limits of the base, and how arm and hand come back to the posture."""
+
+    max_speed: float = 0.5  # Of the base, forward and back [m/s].
+    max_yaw_rate: float = 1.0  # Of the base [rad/s].
+    max_acceleration: float = 1.0  # Of the base [m/s^2].
+    max_yaw_acceleration: float = 2.0  # Of the base [rad/s^2].
+    # The base goes where this wants the hand to be from it, also under a still hand.
+    centering: float = 1.0  # K: joint rates per distance from the posture [1/s].
+    level_gain: float = 1.0  # Turning rate of the hand per tilt [1/s].
+    # By default as long as the base takes at its largest acceleration.
+    stop_time: float = 0.5  # Time to bring the largest rates to rest, unsolved [s].
+    tolerance: float = 1e-8  # Of the solver, absolute and relative.
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless limits are above zero, gains >= 0."""
+        positive(self, "max_speed", "max_yaw_rate", "tolerance")
+        positive(self, "max_acceleration", "max_yaw_acceleration")
+        not_negative(self, "centering", "level_gain", "stop_time")
+
+
+# The law.
+
+
+def nonholonomic_map(theta: float, joints: int) -> Any:
+    """Returns N(q) (3 + n, 2 + n): the rates of all positions by u.
+
+    x' = v_b cos(theta), y' = v_b sin(theta), theta' = omega_b, and each joint its own.
+
+    Args:
+        theta: heading of the base [rad].
+        joints: of the arm, n.
+    """
+    N = np.eye(BASE_JOINTS + joints, BASE_RATES + joints, BASE_RATES - BASE_JOINTS)
+    N[:BASE_JOINTS] = 0.0
+    N[0, 0], N[1, 0], N[2, 1] = math.cos(theta), math.sin(theta), 1.0
+    return N
+
+
+def rates_within_reach(
+    last: Any, q: Any, largest: Any, accelerations: Any, limits: JointLimits, dt: float
+) -> tuple[Any, Any]:
+    """Returns the smallest and the largest rates (2 + n,) after rates `last`.
+
+    They are within the largest rates, and within reach by the accelerations. A joint
+    nears the end of its range no faster than it can brake, or else Drake's limit on
+    positions would in time leave no rate at all.
+
+    Args:
+        last: rates of the period before, each within `largest` (2 + n,).
+        q: joint angles (n,) [rad].
+        largest: rates of base and joints (2 + n,).
+        accelerations: of these (2 + n,); may be infinite.
+        limits: of the joints.
+        dt: for which the rates are held [s].
+    """
+    lowest, highest = -largest, largest.copy()
+    joints = zip(q, limits.lower, limits.upper, accelerations[BASE_RATES:], strict=True)
+    for i, (angle, low, high, most) in enumerate(joints, start=BASE_RATES):
+        # As slow as is called for, but no slower than can be had.
+        towards_high = max(braking_rate(high - angle, most, dt), last[i] - most * dt)
+        towards_low = max(braking_rate(angle - low, most, dt), -last[i] - most * dt)
+        highest[i] = min(highest[i], towards_high)
+        lowest[i] = max(lowest[i], -towards_low)
+    step = accelerations * dt
+    return np.maximum(lowest, last - step), np.minimum(highest, last + step)
+
+
+class HandModel:
+    """The hand's motion by u, seen from B, asked of the robot's `MultibodyPlant`.
+
+    The model is asked in a context of its own that each call overwrites: one object is
+    not for two threads.
+    """
+
+    def __init__(self, plant: Any, joints: int) -> None:
+        """Takes a finished plant of x, y, theta and the arm's `joints`."""
+        self._plant = plant
+        self._context = plant.CreateDefaultContext()
+        self._q = np.zeros(BASE_JOINTS + joints)
+        self._B, self._E = map(plant.GetFrameByName, ("base", "tool"))
+        self._N = nonholonomic_map(0.0, joints)
+
+    def pose_and_jacobian(self, q: Any) -> tuple[Any, Any]:
+        """Returns R_BE (3, 3) and the Jacobian (6, 2 + n) of V_WE in B by u.
+
+        The base is at W's origin, and so W's axes are B's.
+
+        Args:
+            q: joint angles (n,) [rad].
+        """
+        self._q[BASE_JOINTS:] = q
+        self._plant.SetPositions(self._context, self._q)
+        W = self._plant.world_frame()
+        J = self._plant.CalcJacobianSpatialVelocity(
+            self._context, JacobianWrtVariable.kQDot, self._E, np.zeros(3), W, W
+        )
+        R_BE = self._E.CalcPose(self._context, self._B).rotation().matrix()
+        return R_BE, J @ self._N
+
+
+# The block.
+
+
+class DiffIkDecomposer(SolvedDecomposer):
+    """Splits the command by Drake's program; ports and stop as of `SolvedDecomposer`.
+
+    For every robot. The hand moves in the plane, or where the arm has six joints or
+    more, in space: it is then kept level, as it is at the posture, and turns with the
+    reach. The posture is the arm's own, or for an arm in closed form, the hand at half
+    the reach straight ahead.
+
+    A jump of the command can be more than the accelerations allow, as the hand is not
+    to turn out of its direction on the way: there is no solution then, until the stop
+    has made the rates small enough.
+
+    Args:
+        params: limits of the base and gains; the joints' limits are the model's.
+        robot: which one.
+        period: control period [s].
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+
+    def __init__(self, params: DiffIk, robot: Robot, period: float) -> None:
+        checked(params)
+        model = RobotModel(robot)
+        limits, arm = model.limits, robot.arm()
+        largest = np.array([params.max_speed, params.max_yaw_rate, *limits.velocity])
+        super().__init__(arm.joints, arm.p_BS[0], largest, params.stop_time, period)
+        self.params, self.limits = params, limits
+        self.accelerations = np.array(
+            [
+                params.max_acceleration,
+                params.max_yaw_acceleration,
+                *limits.acceleration,
+            ]
+        )
+        if isinstance(arm, JacobianArm):
+            posture = arm.posture
+        else:
+            posture = np.array(arm.inverse((0.5 * robot.reach().r_f, 0.0, 0.0)))
+        self.hand = HandModel(model.plant, arm.joints)
+        R_BE, _ = self.hand.pose_and_jacobian(posture)
+        self._R_level = _turned(-arm.workspace(posture)[1]) @ R_BE
+        # Rotation and translation; or translation in the plane.
+        self._rows = slice(0, 6) if arm.joints >= _LEVEL_JOINTS else slice(3, 5)
+        self._N = np.asfortranarray(nonholonomic_map(0.0, arm.joints))
+        self._N_plus = np.asfortranarray(self._N.T)  # Its columns are orthonormal.
+        self._parameters = [
+            _parameters(params, posture, limits, period, unit) for unit in _UNITS
+        ]
+
+    def rates(
+        self, command: Any, workspace: Any, q: Any, last: Any
+    ) -> tuple[Any, Any] | None:
+        """Returns Drake's solution and how it moves the hand on the base, or None."""
+        V, J = self.task(command, workspace, q)
+        # What is not finite would end the process.
+        if not np.isfinite(V).all():
+            return None
+        # Drake's own limit on accelerations takes as many as there are positions, and
+        # so none of u: it goes into the limits on rates, where it is the same.
+        lowest, highest = rates_within_reach(
+            last, q, self.largest, self.accelerations, self.limits, self.period
+        )
+        positions = np.concatenate([np.zeros(BASE_JOINTS), q])
+        rows_of_J = np.asfortranarray(J[self._rows])
+        for unit, parameters in zip(_UNITS, self._parameters, strict=True):
+            parameters.set_joint_velocity_limits((lowest / unit, highest / unit))
+            found = DoDifferentialInverseKinematics(
+                positions,
+                last / unit,
+                V[self._rows] / unit,
+                rows_of_J,
+                parameters,
+                self._N,
+                self._N_plus,
+            ).joint_velocities
+            if found is not None:
+                u = unit * found
+                by_arm = J[3:, BASE_RATES:] @ u[BASE_RATES:]
+                return u, _turned(-workspace[1]) @ by_arm
+        return None
+
+    def task(self, command: Any, workspace: Any, q: Any) -> tuple[Any, Any]:
+        """Returns the V_WE (6,) that the hand is to have, and its Jacobian (6, 2 + n).
+
+        Both in B's axes, rotational rows first; that Jacobian is by u. A hand that is
+        not level is to turn back besides.
+        """
+        l, psi, _ = workspace
+        v_c, omega_c, v_z = command
+        R_BE, J = self.hand.pose_and_jacobian(q)
+        R_reach = _turned(psi)
+        w = self.params.level_gain * tilt(R_BE, R_reach @ self._R_level)
+        w[2] += omega_c
+        return np.concatenate([w, R_reach @ (v_c, l * omega_c, v_z)]), J
+
+
+def _parameters(
+    params: DiffIk, posture: Any, limits: JointLimits, period: float, unit: float
+) -> DifferentialInverseKinematicsParameters:
+    """Returns Drake's parameters, but for the limits on rates, in a unit of rates."""
+    n = len(posture)
+    made = DifferentialInverseKinematicsParameters(BASE_JOINTS + n, BASE_RATES + n)
+    made.set_time_step(unit * period)
+    anywhere = np.full(BASE_JOINTS, math.inf)
+    made.set_joint_position_limits(
+        (
+            np.concatenate([-anywhere, limits.lower]),
+            np.concatenate([anywhere, limits.upper]),
+        )
+    )
+    nowhere = np.zeros(BASE_JOINTS)
+    made.set_nominal_joint_position(np.concatenate([nowhere, posture]))
+    gains = np.concatenate([nowhere, np.full(n, params.centering / unit)])
+    made.set_joint_centering_gain(np.asfortranarray(np.diag(gains)))
+    options = made.get_mutable_solver_options()
+    for name, value in (
+        ("eps_abs", params.tolerance),
+        ("eps_rel", params.tolerance),
+        ("polishing", 0),  # It prints a line where no limit is active.
+    ):
+        options.SetOption(OsqpSolver.id(), name, value)
+    return made
+
+
+def _turned(psi: float) -> Any:
+    """Returns the matrix (3, 3) of a rotation by `psi` about z."""
+    c, s = math.cos(psi), math.sin(psi)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -1,0 +1,238 @@
+"""The hand does exactly as commanded, whatever the base does.
+
+Ours. The base gets its share and is turned towards its hand; the arm gets exactly the
+rest. Where a limit binds, hand and base slow down together.
+"""
+
+import dataclasses as dc
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.math import cos, sin
+from pydrake.systems.framework import LeafSystem_, ValueProducer
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import JointLimits
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.velocity_field import yaw_rate
+from drake_mobman.decomposers.blending import SHARES
+from drake_mobman.decomposers.decomposer import declare_decomposer_ports
+from drake_mobman.decomposers.limiter import Limiter
+from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates, exact_rest
+from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.status import DecomposerStatus
+from drake_mobman.parameters import (
+    checked,
+    checked_period,
+    in_order,
+    not_negative,
+    one_of,
+    positive,
+)
+from drake_mobman.scalars import Scalar, larger, smaller, smoothstep, where
+
+_WHOLE = math.cos(math.pi / 3)
+"""|cos psi| from which the base carries its share whole."""
+
+_TINY = 1e-9
+"""Stands for |cos psi| at a right angle, where the base carries nothing."""
+
+
+@dc.dataclass
+class Exact:
+    """How authority is shared, and how the base is turned towards its hand."""
+
+    share: str = "smoothstep"  # Keeps the workspace; or "tanh", the paper's.
+    alpha: float = 21.0  # Sharpness of the transition in l [1/m].
+    beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
+    # Without, psi runs away to a right angle while the base drives.
+    K_omega: float = 0.8  # Yaw rate towards the hand at phi_max and beyond [rad/s].
+    phi_min: float = 0.2  # |psi| from which the base turns [rad].
+    phi_max: float = 0.7  # |psi| from which it turns at K_omega [rad].
+    # Slower, the base turns less in proportion: a hand at rest leaves it at rest.
+    turning_speed: float = 0.05  # Of the hand, from which the base turns fully [m/s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless gains, angles and the share make a law."""
+        one_of(self, "share", tuple(SHARES))
+        positive(self, "alpha", "beta", "turning_speed")
+        not_negative(self, "K_omega", "phi_min")
+        in_order(self, "phi_min", "phi_max")
+
+
+def exact_base(
+    command: Any, workspace: Any, params: Exact, limits: Workspace, ahead: float
+) -> tuple[Scalar, Scalar]:
+    """Returns v_b [m/s] and omega_b [rad/s] that the whole command asks of the base.
+
+    omega_b is the base's share of omega_c, and the field's rate of turning towards the
+    hand (Petric & Zlajpah, eqs. 5 and 6). With v_c less what that makes of the reach,
+    v_b is the base's share of it along the reach, which it carries whole as far as 60
+    degrees aside, and nothing of at a right angle. So at a limit of l the base alone
+    carries the hand.
+
+    Args:
+        command: `ee_command`.
+        workspace: l [m], psi [rad], z [m].
+        params: of the law.
+        limits: of the workspace.
+        ahead: of the shoulder from the base's centre, d [m].
+    """
+    v_c, omega_c, _ = command
+    l, psi, _ = workspace
+    share = SHARES[params.share]
+    nu = share(omega_c, psi, limits.psi_min, limits.psi_max, params.beta)
+    speed = abs(v_c) + l * abs(omega_c)
+    turning = smaller(speed / params.turning_speed, 1.0)
+    omega_b = nu * omega_c + turning * yaw_rate(psi, params)
+    left = v_c - omega_b * ahead * sin(psi)
+    mu = share(left, l, limits.l_min, limits.l_max, params.alpha)
+    c = cos(psi)
+    aside = larger(abs(c), _TINY)
+    projected = smoothstep(aside, 0.0, _WHOLE) / aside
+    return where(c < 0, -projected, projected) * mu * left, omega_b
+
+
+@TemplateSystem.define("ExactDecomposer_")
+def ExactDecomposer_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
+
+    class Impl(LeafSystem_[T]):
+        """Gives the hand exactly its command, or as much of it as the limits leave.
+
+        .. pydrake_system::
+
+            name: ExactDecomposer
+            input_ports:
+            - ee_command
+            - workspace
+            - arm_position
+            - base_sent
+            output_ports:
+            - base_command
+            - base_share
+            - arm_command
+            - decomposer_status
+
+        Built as `ExactDecomposer(params, limits, arm, joints, smoother, period)`: an
+        `Exact`, the `Workspace`, the arm's kinematics and joint limits, the `Smoother`
+        that follows, and the control period [s]. The arm's part is the rest of what is
+        sent to the base, so smoothing costs the hand nothing. Raises `ParameterError`
+        where one of them is not valid.
+        """
+
+        def _construct(
+            self,
+            params: Exact,
+            limits: Workspace,
+            arm: ArmKinematics,
+            joints: JointLimits,
+            smoother: Smoother,
+            period: float,
+            converter: Any = None,
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.params = checked(params)
+            self.limits = checked(limits)
+            edges = limits if params.share == "smoothstep" else None
+            self.limiter = Limiter(
+                arm, joints, checked(smoother), edges, checked_period(period)
+            )
+            declare_decomposer_ports(
+                self,
+                arm.joints,
+                self._calc_base,
+                self._calc_share,
+                self._calc_arm,
+                self._calc_status,
+            )
+            told = {
+                self.input_port_ticket(port.get_index())
+                for port in (self.command, self.workspace, self.arm_position)
+            }
+            # Several outputs come of one evaluation.
+            self.course = self._declare_entry("base and factors", self._of_course, told)
+            sent = self.input_port_ticket(self.base_sent.get_index())
+            self.present = self._declare_entry(
+                "rest and factors", self._at_present, told | {sent}
+            )
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            limiter = other.limiter
+            Impl._construct(
+                self,
+                other.params,
+                other.limits,
+                limiter.arm,
+                limiter.joints,
+                limiter.base,
+                limiter.period,
+                converter=converter,
+            )
+
+        def _declare_entry(self, name: str, calc: Any, needs: Any) -> Any:
+            make = AbstractValue.Make
+            return self.DeclareCacheEntry(
+                name,
+                ValueProducer(
+                    allocate=lambda: make(()),
+                    calc=lambda context, value: value.set_value(calc(context)),
+                ),
+                needs,
+            )
+
+        def _of_course(self, context: Any) -> Any:
+            """Returns v_b, omega_b, the factors, and the least of them."""
+            command = self.command.Eval(context)
+            workspace = self.workspace.Eval(context)
+            q = self.arm_position.Eval(context)
+            ahead = self.limiter.arm.p_BS[0]
+            base = exact_base(command, workspace, self.params, self.limits, ahead)
+            rest = exact_rest(command, workspace, base, ahead)
+            factors = self.limiter.followed(q, rest, *base)
+            least = factors.least()
+            return least * base[0], least * base[1], factors, least
+
+        def _at_present(self, context: Any) -> Any:
+            """Returns `arm_command` and `decomposer_status`."""
+            command = self.command.Eval(context)
+            workspace = self.workspace.Eval(context)
+            q = self.arm_position.Eval(context)
+            sent = self.base_sent.Eval(context)
+            _, _, factors, least = self.course.Eval(context)
+            if self.limiter.base.enabled:  # Else it is sent what was told it.
+                present = self.limiter.at_present(q, workspace, command, sent)
+                factors = factors.below(present)
+                least = smaller(least, present.least())
+            slowed = [least * c for c in command]
+            rest = exact_rest(slowed, workspace, sent, self.limiter.arm.p_BS[0])
+            at_axis = where(
+                workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0
+            )
+            return rest, factors.status() + at_axis
+
+        def _calc_base(self, context: Any, output: Any) -> None:
+            v_b, omega_b, _, _ = self.course.Eval(context)
+            output.SetFromVector(np.array([v_b, omega_b]))
+
+        def _calc_share(self, context: Any, output: Any) -> None:
+            v_b, omega_b, _, _ = self.course.Eval(context)
+            workspace = self.workspace.Eval(context)
+            ahead = self.limiter.arm.p_BS[0]
+            output.SetFromVector(
+                np.array(carried_rates(workspace, v_b, omega_b, ahead))
+            )
+
+        def _calc_arm(self, context: Any, output: Any) -> None:
+            output.SetFromVector(np.array(self.present.Eval(context)[0]))
+
+        def _calc_status(self, context: Any, output: Any) -> None:
+            output.SetFromVector(np.array([self.present.Eval(context)[1]]))
+
+    return Impl
+
+
+ExactDecomposer = ExactDecomposer_[None]

@@ -1,0 +1,173 @@
+"""How much of the command the limits leave: one factor for hand and base.
+
+Scaled together, the hand slows down in its direction instead of turning out of it.
+"""
+
+import dataclasses as dc
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import JointLimits, braking_rate
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
+from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.status import DecomposerStatus
+from drake_mobman.scalars import Scalar, larger, smaller, where
+
+_RESERVE = 0.98
+"""How much of a joint's limits is used, that the arm's inverse, which goes by positions
+and not by rates, need not cut what is left to the arm."""
+
+_LEAST_STOP = 0.2
+"""Least time in which a hand is slowed down to rest at the end of a joint's range [s],
+as an elbow that is stretched turns ever faster for a hand that goes on."""
+
+_TINY = 1e-9
+"""Stands for no rate, or no room at all, so that nothing is divided by zero."""
+
+
+class Factors(NamedTuple):
+    """What each kind of limit leaves of the command, in [0, 1]."""
+
+    base: Scalar
+    joint_rate: Scalar
+    joint_limit: Scalar
+    workspace: Scalar
+
+    def least(self) -> Scalar:
+        """Returns what all of them leave."""
+        return _least(self)
+
+    def status(self) -> Scalar:
+        """Returns the sum of the `DecomposerStatus` flags of those that bind."""
+        flags = (
+            DecomposerStatus.BASE_RATE,
+            DecomposerStatus.JOINT_RATE,
+            DecomposerStatus.JOINT_LIMIT,
+            DecomposerStatus.WORKSPACE,
+        )
+        pairs = zip(self, flags, strict=True)
+        return sum(where(factor < 1, float(flag), 0.0) for factor, flag in pairs)
+
+    def below(self, other: "Factors") -> "Factors":
+        """Returns the smaller of each kind."""
+        return Factors(*map(smaller, self, other))
+
+
+def factor_within(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
+    """Returns the largest s in [0, 1] that keeps s wanted - carried within a bound.
+
+    On the side that `wanted` leads to; 0 where no s does.
+
+    Args:
+        wanted: rate of a coordinate that the whole command takes.
+        carried: what the base's motion takes of it off.
+        bound: largest rate to that side.
+    """
+    room = larger(bound + where(wanted > 0, carried, -carried), _TINY)
+    return room / larger(abs(wanted), room)
+
+
+def _least(factors: Iterable[Scalar]) -> Scalar:
+    least: Scalar = 1.0
+    for factor in factors:
+        least = smaller(least, factor)
+    return least
+
+
+@dc.dataclass(frozen=True)
+class Limiter:
+    """The limits of a robot, and of the workspace that its arm is to keep."""
+
+    arm: ArmKinematics
+    joints: JointLimits
+    base: Smoother  # Its largest speeds; and how fast it gets there, if enabled.
+    workspace: Workspace | None  # None where it may be left.
+    period: float  # For which a command is held [s].
+
+    def followed(self, q: Any, rest: Any, v_b: Scalar, omega_b: Scalar) -> Factors:
+        """Returns what the limits leave of a command that the base keeps up with.
+
+        A joint comes to rest at the end of its range in the time that the base takes
+        to stop, so that both can.
+
+        Args:
+            q: joint angles (n,) [rad].
+            rest: rates of `workspace` that are left to the arm.
+            v_b: speed of the base [m/s].
+            omega_b: its yaw rate [rad/s].
+        """
+        by_base = smaller(
+            factor_within(v_b, 0.0, self.base.max_speed),
+            factor_within(omega_b, 0.0, self.base.max_yaw_rate),
+        )
+        (rates,) = self.arm.undamped_rates(q, rest)
+        by_rate, by_limit = [], []
+        for i, rate in enumerate(rates):
+            fastest = _RESERVE * self.joints.velocity[i]
+            by_rate.append(factor_within(rate, 0.0, fastest))
+            room = self._room(q, i, rate)
+            by_limit.append(factor_within(rate, 0.0, self._towards_end(room, i)))
+            time = room / larger(abs(rate), _TINY)
+            by_limit.append(braking_rate(time, self._slowing, self.period))
+        return Factors(by_base, _least(by_rate), _least(by_limit), 1.0)
+
+    def at_present(self, q: Any, workspace: Any, command: Any, sent: Any) -> Factors:
+        """Returns what the limits leave of a command while the base moves as sent.
+
+        Args:
+            q: joint angles (n,) [rad].
+            workspace: l [m], psi [rad], z [m].
+            command: `ee_command`.
+            sent: `base_sent`.
+        """
+        along, turning = carried_rates(workspace, *sent, self.arm.p_BS[0])
+        carried = along, turning, 0.0
+        by_rate, by_limit = [], []
+        pairs = zip(*self.arm.undamped_rates(q, command, carried), strict=True)
+        for i, (wanted, off) in enumerate(pairs):
+            fastest = _RESERVE * self.joints.velocity[i]
+            by_rate.append(factor_within(wanted, off, fastest))
+            towards_end = self._towards_end(self._room(q, i, wanted), i)
+            by_limit.append(factor_within(wanted, off, towards_end))
+        by_workspace = _least(self._edges(workspace, command, carried))
+        return Factors(1.0, _least(by_rate), _least(by_limit), by_workspace)
+
+    @property
+    def _slowing(self) -> float:
+        """Returns what share of its speed a hand with its base can lose in a second."""
+        base, most = self.base, 1.0 / _LEAST_STOP
+        if not base.enabled:
+            return most
+        return min(
+            base.max_acceleration / base.max_speed,
+            base.max_yaw_acceleration / base.max_yaw_rate,
+            most,
+        )
+
+    def _room(self, q: Any, i: int, rate: Scalar) -> Scalar:
+        """Returns half the angle left to joint `i` where its rate leads to [rad].
+
+        Half, as an elbow that is stretched goes twice as far as its rate said.
+        """
+        upper, lower = self.joints.upper[i], self.joints.lower[i]
+        return 0.5 * where(rate > 0, upper - q[i], q[i] - lower)
+
+    def _towards_end(self, room: Scalar, i: int) -> Scalar:
+        most = self.joints.acceleration[i]
+        return _RESERVE * braking_rate(room, most, self.period)
+
+    def _edges(self, workspace: Any, command: Any, carried: Any) -> Iterable[Scalar]:
+        """Returns what the ends of l and of psi leave."""
+        edges, base = self.workspace, self.base
+        if edges is None:
+            return
+        ends = (edges.l_min, edges.l_max), (edges.psi_min, edges.psi_max)
+        brakes = base.max_acceleration, base.max_yaw_acceleration
+        for i in range(2):
+            lower, upper = ends[i]
+            x, wanted = workspace[i], command[i]
+            room = where(wanted > 0, upper - x, x - lower)
+            bound = braking_rate(room, brakes[i], self.period)
+            yield factor_within(wanted, carried[i], bound)

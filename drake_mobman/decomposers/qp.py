@@ -1,0 +1,430 @@
+"""Base and arm told at once by a quadratic program (Kwon et al., eq. 17).
+
+minimize    1/2 |J u - v_ref|^2 + lambda |u|^2
+subject to  q + u dt <= q_max,
+
+u = [v_b, omega_b, theta_dot_1, ...]: the base's velocities and the rates of the joints
+that place the hand. The paper compares its own law with this one, and leaves open what
+J, v_ref and the bound are. Here:
+
+- The rows of J and v_ref = [v_c, l omega_c, v_z] are velocities of the hand in W [m/s]:
+  along the reach, across it, and up where the arm can. The paper writes omega_c; that
+  row times l says the same of the hand, has the unit of the others, so that lambda
+  weighs all alike, and stays finite where l = 0.
+- q_max = 0.01 cannot bound where the base is. It bounds a step, |u dt| <= q_max: 1 m/s
+  and 1 rad/s at a period of 10 ms. Joints keep to their own ranges and rates besides,
+  which is the bound as it is printed.
+"""
+
+import abc
+import dataclasses as dc
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
+from pydrake.systems.framework import LeafSystem, ValueProducer
+
+from drake_mobman.arm import two_link
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import JointLimits
+from drake_mobman.arm.planar import PlanarArm
+from drake_mobman.arm.spatial import SpatialArm
+from drake_mobman.decomposers.decomposer import declare_decomposer_ports
+from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
+from drake_mobman.decomposers.status import DecomposerStatus
+from drake_mobman.parameters import (
+    ParameterError,
+    checked,
+    checked_period,
+    not_negative,
+    positive,
+)
+
+BASE_RATES = 2
+"""v_b [m/s] and omega_b [rad/s] stand first among the rates that are solved for."""
+
+_LARGEST = 1e3
+"""No command, reach or angle of a robot is larger [m], [rad], [m/s] or [rad/s]. Much
+larger ones overflow in squares, and OSQP prints what it thinks of them."""
+
+
+@dc.dataclass
+class Qp:
+    """The program's weights and bounds, and how it is solved (Kwon, section 5)."""
+
+    damping: float = 0.01  # lambda: price of motion against the hand's error, (0, 1).
+    max_step: float = 0.01  # q_max: largest step in a period, of each [m] and [rad].
+    # Far below what a robot can tell: it is to be compared with other solvers' optima.
+    tolerance: float = 2e-7  # How far each rate may be from its optimum [m/s], [rad/s].
+    iterations: int = 4000  # Most that the solver takes.
+    stop_time: float = 0.2  # Time to bring the largest rates to rest, unsolved [s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless all is above zero, `damping` below 1."""
+        positive(self, "damping", "max_step", "tolerance", "iterations")
+        not_negative(self, "stop_time")
+        if not self.damping < 1:
+            raise ParameterError("damping", self.damping, "must be below 1")
+
+
+# The program.
+
+
+@functools.singledispatch
+def arm_jacobian(arm: ArmKinematics, _q: Any, _workspace: Any) -> Any:
+    """Returns the hand's velocity by the joints that place it (2 or 3, m).
+
+    Rows: along the reach, across it, and up [m/s]; the hand is level throughout.
+    Columns: the arm's first m joints [rad/s].
+
+    Args:
+        arm: has m = 2 joints that place the hand in the plane, or 3 in space.
+        _q: joint angles (n,) [rad].
+        _workspace: l [m], psi [rad], z [m] at `_q`.
+
+    Raises:
+        ParameterError: where the arm is none that is known in closed form.
+    """
+    valid = "must have an arm with a Jacobian in closed form"
+    raise ParameterError("robot", type(arm).__name__, valid)
+
+
+@arm_jacobian.register
+def _(arm: PlanarArm, q: Any, workspace: Any) -> Any:
+    l, psi, _ = workspace
+    lower_link = q[0] + q[1] - psi
+    return np.array(
+        [
+            [0.0, -arm.lower * math.sin(lower_link)],
+            [l, arm.lower * math.cos(lower_link)],
+        ]
+    )
+
+
+@arm_jacobian.register
+def _(arm: SpatialArm, q: Any, workspace: Any) -> Any:
+    ahead, above = two_link.forward(q[1], q[2], arm.upper, arm.lower)
+    lower_link = q[1] + q[2]
+    return np.array(
+        [
+            [0.0, -above, -arm.lower * math.sin(lower_link)],
+            [workspace[0], 0.0, 0.0],
+            [0.0, ahead, arm.lower * math.cos(lower_link)],
+        ]
+    )
+
+
+def base_jacobian(workspace: Any, ahead: float) -> Any:
+    """Returns the hand's velocity by v_b and omega_b (3, 2), the arm at rest.
+
+    Rows: along the reach, across it, up [m/s].
+
+    Args:
+        workspace: l [m], psi [rad], z [m].
+        ahead: of the shoulder from the base's centre, d [m].
+    """
+    l, psi, _ = workspace
+    c, s = math.cos(psi), math.sin(psi)
+    return np.array([[c, ahead * s], [-s, l + ahead * c], [0.0, 0.0]])
+
+
+class BoxQp(NamedTuple):
+    """Minimize 1/2 u^T P u + q^T u, subject to lb <= u <= ub."""
+
+    P: Any  # (k, k)
+    q: Any  # (k,)
+    lb: Any  # (k,)
+    ub: Any  # (k,)
+
+
+def tracking_qp(J: Any, v_ref: Any, bounds: tuple[Any, Any], damping: float) -> BoxQp:
+    """Returns eq. 17 for a hand whose velocity is `J u`.
+
+    Args:
+        J: Jacobian (r, k).
+        v_ref: velocity that the hand is to have (r,).
+        bounds: smallest and largest rates, (k,) each.
+        damping: lambda.
+    """
+    P = J.T @ J
+    P.flat[:: len(P) + 1] += 2 * damping
+    return BoxQp(P, -(v_ref @ J), *bounds)
+
+
+def rate_bounds(
+    q: Any, limits: JointLimits, params: Qp, period: float
+) -> tuple[Any, Any]:
+    """Returns the smallest and the largest rates (2 + m,) of base and joints.
+
+    A joint that is out of its range by more than a step leaves no rate at all: the
+    smallest is then above the largest.
+
+    Args:
+        q: angles (m,) of the joints that place the hand [rad].
+        limits: of the arm's joints, these first.
+        params: bounds each step.
+        period: for which the rates are held [s].
+    """
+    m = len(q)
+    largest = np.full(BASE_RATES + m, params.max_step / period)
+    np.minimum(largest[BASE_RATES:], limits.velocity[:m], out=largest[BASE_RATES:])
+    lowest, highest = -largest, largest
+    to_lower = np.subtract(limits.lower[:m], q) / period
+    to_upper = np.subtract(limits.upper[:m], q) / period
+    np.maximum(lowest[BASE_RATES:], to_lower, out=lowest[BASE_RATES:])
+    np.minimum(highest[BASE_RATES:], to_upper, out=highest[BASE_RATES:])
+    return lowest, highest
+
+
+def decomposition_qp(
+    arm: ArmKinematics,
+    limits: JointLimits,
+    params: Qp,
+    period: float,
+    command: Any,
+    workspace: Any,
+    q: Any,
+) -> tuple[BoxQp, Any]:
+    """Returns the program that splits a command, and the arm's part of its Jacobian.
+
+    Args:
+        arm: one that `arm_jacobian` knows.
+        limits: of its joints.
+        params: weights and bounds.
+        period: control period [s].
+        command: `ee_command`.
+        workspace: l [m], psi [rad], z [m].
+        q: joint angles (n,) [rad].
+    """
+    J_arm = arm_jacobian(arm, q, workspace)
+    rows, m = J_arm.shape
+    J = np.hstack([base_jacobian(workspace, arm.p_BS[0])[:rows], J_arm])
+    v_c, omega_c, v_z = command
+    v_ref = np.array([v_c, workspace[0] * omega_c, v_z])[:rows]
+    bounds = rate_bounds(q[:m], limits, params, period)
+    return tracking_qp(J, v_ref, bounds, params.damping), J_arm
+
+
+class QpProgram:
+    """A `BoxQp` of k unknowns as a program of Drake's, kept and solved by OSQP.
+
+    The cost curves by 2 lambda at least, and so an error of the gradient of at most
+    2 lambda times the tolerance keeps the solution within the tolerance.
+
+    One object is not for two threads: each solution overwrites its coefficients.
+    """
+
+    def __init__(self, size: int, params: Qp) -> None:
+        self._program = MathematicalProgram()
+        u = self._program.NewContinuousVariables(size)
+        self._cost = self._program.AddQuadraticCost(
+            np.eye(size), np.zeros(size), u, is_convex=True
+        ).evaluator()
+        self._bounds = self._program.AddBoundingBoxConstraint(
+            -np.ones(size), np.ones(size), u
+        ).evaluator()
+        self._solver = OsqpSolver()
+        self._options = SolverOptions()
+        for name, value in (
+            ("eps_abs", 2 * params.damping * params.tolerance),
+            ("eps_rel", 0.0),
+            ("max_iter", params.iterations),
+            ("polishing", 0),  # It prints a line where no bound is active.
+        ):
+            self._options.SetOption(OsqpSolver.id(), name, value)
+
+    def solve(self, qp: BoxQp, guess: Any = None) -> Any:
+        """Returns the solution (k,), or None where there is none or none is found.
+
+        Args:
+            qp: the program.
+            guess: where to start from (k,), if given.
+        """
+        # OSQP would print that bounds are out of order, and takes what is not finite.
+        if not (np.isfinite(qp.P).all() and np.isfinite(qp.q).all()):
+            return None
+        if not (qp.lb <= qp.ub).all():
+            return None
+        self._cost.UpdateCoefficients(qp.P, qp.q, 0.0, is_convex=True)
+        self._bounds.set_bounds(qp.lb, qp.ub)
+        result = self._solver.Solve(self._program, guess, self._options)
+        return result.get_x_val() if result.is_success() else None
+
+
+# The block.
+
+
+def braking_factor(rates: Any, largest: Any, share: float) -> float:
+    """Returns the factor in [0, 1] that takes `rates` one period nearer to rest.
+
+    They keep their direction by it. The largest come to rest in 1 / share periods,
+    others sooner.
+
+    Args:
+        rates: of the period before (k,).
+        largest: of each (k,).
+        share: of the largest, taken away in a period.
+    """
+    speed = float(np.max(np.abs(rates) / largest))
+    return max(1.0 - share / speed, 0.0) if speed > 0 else 0.0
+
+
+class SolvedDecomposer(LeafSystem):
+    """Splits the command by the rates that an optimiser finds for base and joints.
+
+    .. pydrake_system::
+
+        name: SolvedDecomposer
+        input_ports:
+        - ee_command
+        - workspace
+        - arm_position
+        - base_sent
+        output_ports:
+        - base_command
+        - base_share
+        - arm_command
+        - decomposer_status
+
+    It solves once a period. Where nothing is found, or an input is no number or an
+    absurd one, what was last put out is braked to rest in its direction, within
+    `stop_time`, and the status says so for as long as there is no solution. The state
+    is what was last put out: the rates (k,), then `base_share` and `arm_command`.
+
+    Args:
+        joints: of the arm, n.
+        ahead: of the shoulder from the base's centre, d [m].
+        largest: rates (k,) of base and joints [m/s] and [rad/s].
+        stop_time: to bring these to rest [s].
+        period: control period [s].
+    """
+
+    def __init__(
+        self, joints: int, ahead: float, largest: Any, stop_time: float, period: float
+    ) -> None:
+        super().__init__()
+        self.ahead, self.largest = ahead, largest
+        self.period = checked_period(period)
+        self._stop_share = period / max(stop_time, period)
+        self._parts = np.cumsum([len(largest), 2])
+        declare_decomposer_ports(
+            self,
+            joints,
+            self._calc_base,
+            self._calc_share,
+            self._calc_arm,
+            self._calc_status,
+        )
+        size = self._parts[-1] + 3
+        self.DeclareDiscreteState(size)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+        self.solved = self.DeclareCacheEntry(
+            "put out, and status",
+            ValueProducer(
+                allocate=lambda: AbstractValue.Make(()), calc=self._calc_solved
+            ),
+            {
+                self.input_port_ticket(port.get_index())
+                for port in (self.command, self.workspace, self.arm_position)
+            }
+            | {self.xd_ticket()},
+        )
+
+    @abc.abstractmethod
+    def rates(
+        self, command: Any, workspace: Any, q: Any, last: Any
+    ) -> tuple[Any, Any] | None:
+        """Returns the rates (k,) and the hand's velocity by the arm, or None.
+
+        Args:
+            command: `ee_command`, finite as all else.
+            workspace: l [m], psi [rad], z [m].
+            q: joint angles (n,) [rad].
+            last: rates (k,) that were last put out.
+
+        Returns:
+            Rates of base [m/s], [rad/s] and joints [rad/s]; and how these joints' rates
+            move the hand on the base: along the reach, across it, up (3,) [m/s]. None
+            where there is no solution or none was found.
+        """
+
+    def _calc_solved(self, context: Any, value: Any) -> None:
+        command, workspace, q = (
+            port.Eval(context)
+            for port in (self.command, self.workspace, self.arm_position)
+        )
+        state = context.get_discrete_state_vector().value()
+        last = state[: self._parts[0]]
+        found = None
+        if np.abs(np.concatenate([command, workspace, q])).max() <= _LARGEST:
+            found = self.rates(command, workspace, q, last)
+        if found is None:
+            factor = braking_factor(last, self.largest, self._stop_share)
+            value.set_value((factor * state, DecomposerStatus.UNSOLVED))
+            return
+        rates, (along, across, up) = found
+        share = carried_rates(workspace, rates[0], rates[1], self.ahead)
+        turning = across / max(workspace[0], LEAST_REACH)
+        put_out = np.concatenate([rates, share, (along, turning, up)])
+        value.set_value((put_out, DecomposerStatus.OK))
+
+    def _calc_base(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self.solved.Eval(context)[0][:BASE_RATES])
+
+    def _calc_share(self, context: Any, output: Any) -> None:
+        put_out = self.solved.Eval(context)[0]
+        output.SetFromVector(put_out[self._parts[0] : self._parts[1]])
+
+    def _calc_arm(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self.solved.Eval(context)[0][self._parts[1] :])
+
+    def _calc_status(self, context: Any, output: Any) -> None:
+        output.SetAtIndex(0, float(self.solved.Eval(context)[1]))
+
+    def _keep(self, context: Any, state: Any) -> None:
+        state.get_mutable_vector().SetFromVector(self.solved.Eval(context)[0])
+
+
+class QpDecomposer(SolvedDecomposer):
+    """Splits the command by eq. 17; ports and stop as of every `SolvedDecomposer`.
+
+    The wrist's joints, which keep the hand level, are no part of the program: their
+    limits are the arm's inverse's to keep.
+
+    Args:
+        params: weights and bounds.
+        arm: one that `arm_jacobian` knows.
+        limits: of all its joints.
+        period: control period [s].
+
+    Raises:
+        ParameterError: where a parameter is not valid, or the arm is not known.
+    """
+
+    def __init__(
+        self, params: Qp, arm: ArmKinematics, limits: JointLimits, period: float
+    ) -> None:
+        checked(params)
+        q = np.zeros(arm.joints)
+        m = arm_jacobian(arm, q, arm.workspace(q)).shape[1]
+        largest = np.full(BASE_RATES + m, params.max_step / checked_period(period))
+        super().__init__(arm.joints, arm.p_BS[0], largest, params.stop_time, period)
+        self.params, self.arm, self.limits = params, arm, limits
+        self.program = QpProgram(BASE_RATES + m, params)
+
+    def rates(
+        self, command: Any, workspace: Any, q: Any, last: Any
+    ) -> tuple[Any, Any] | None:
+        """Returns the optimum and how it moves the hand on the base, or None."""
+        qp, J_arm = decomposition_qp(
+            self.arm, self.limits, self.params, self.period, command, workspace, q
+        )
+        u = self.program.solve(qp, last)
+        if u is None:
+            return None
+        velocity = np.zeros(3)
+        velocity[: len(J_arm)] = J_arm @ u[BASE_RATES:]
+        return u, velocity
