@@ -9,7 +9,7 @@ from collections.abc import Hashable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from pydrake.symbolic import MakeVectorVariable
+from pydrake.symbolic import MakeVectorVariable, Variable
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import (
     Demultiplexer,
@@ -21,7 +21,7 @@ from pydrake.systems.primitives import (
 from drake_mobman.subexpressions import Named, with_names
 
 
-def compiled(block: Any) -> Any:
+def compiled(block: Any, **names: int) -> Any:
     """Returns a block that does as `block` does, without Python where that goes.
 
     Its ports have the same names and sizes. What it puts out is the same up to the
@@ -32,6 +32,8 @@ def compiled(block: Any) -> Any:
     Args:
         block: a `LeafSystem` of vector ports; its state, if any, is one discrete vector
             that is updated every `block.period` [s].
+        names: `worth` of a name, as `with_names` has it; each is a system more, which
+            costs at every step of the diagram, asked or not.
     """
     try:
         # Numpy warns of expressions, as it takes them for numbers that are none.
@@ -39,7 +41,7 @@ def compiled(block: Any) -> Any:
             laws = _Laws(block)
     except (AttributeError, RuntimeError, TypeError):
         return block  # It has no conversion to Expression, or its update takes none.
-    return _Compiled(block, laws) if laws.outputs else block
+    return _Compiled(block, laws, **names) if laws.outputs else block
 
 
 class _Laws:
@@ -48,6 +50,8 @@ class _Laws:
     def __init__(self, block: Any) -> None:
         symbolic = block.ToSymbolic()
         context = symbolic.CreateDefaultContext()
+        self.time = Variable("t")
+        context.SetTime(1 * self.time)
         self.inputs: dict[str, Any] = {}
         for i in range(block.num_input_ports()):
             port = symbolic.get_input_port(i)
@@ -83,13 +87,15 @@ class _Laws:
             alike.setdefault(frozenset(takes), []).append(name)
         return list(alike.values())
 
-    def with_names(self) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
+    def with_names(
+        self, **names: int
+    ) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
         """Returns update and outputs, and what they have in common."""
         every = [self.update, *self.outputs.values()]
-        names, flat = with_names([e for law in every for e in law])
+        named, flat = with_names([e for law in every for e in law], **names)
         rest = iter(flat)
         update, *outputs = ([next(rest) for _ in law] for law in every)
-        return update, dict(zip(self.outputs, outputs, strict=True)), names
+        return update, dict(zip(self.outputs, outputs, strict=True)), named
 
 
 _STATE = "the state"
@@ -97,73 +103,110 @@ _STATE = "the state"
 
 
 class _Compiled(Diagram):
-    """A block's laws, in a system for each output; the block itself for the rest."""
+    """A block's laws, in systems of expressions; the block itself for the rest."""
 
-    def __init__(self, block: Any, laws: _Laws) -> None:
+    def __init__(self, block: Any, laws: _Laws, **names: int) -> None:
         super().__init__()
-        builder = DiagramBuilder()
-        update, outputs, names = laws.with_names()
-        groups = _grouped(names, laws)
-
-        # A vector of variables under a key, and, but for the inputs, who puts it out.
+        update, outputs, named = laws.with_names(**names)
+        groups = _grouped(named, laws)
         vectors: dict[Hashable, Any] = dict(laws.inputs)
-        sources: dict[Hashable, Any] = {}
-        wires: list[tuple[Any, Hashable]] = []
         if update:
             vectors[_STATE] = laws.state
         vectors |= {key: [n.variable for n in group] for key, group in groups.items()}
-
-        def add(law: list[Any], **keep: Any) -> Any:
-            takes = _taken([*law, *keep.get("dynamics", [])], vectors)
-            if keep:
-                takes.pop(_STATE, None)
-            every = np.concatenate([*takes.values(), []]).astype(object)
-            system = SymbolicVectorSystem(input=every, output=law, **keep)
-            builder.AddSystem(system)
-            ends = [system.get_input_port(i) for i in range(min(1, len(takes)))]
-            if len(takes) > 1:
-                mux = builder.AddSystem(Multiplexer([len(v) for v in takes.values()]))
-                builder.Connect(mux.get_output_port(), ends[0])
-                ends = [mux.get_input_port(i) for i in range(len(takes))]
-            wires.extend(zip(ends, takes, strict=True))
-            return system.get_output_port()
-
+        systems = _Systems(vectors, laws.time)
+        kept: dict[str, Any] = {}
         if update:
             kept = {"state": laws.state, "dynamics": update}
             kept["time_period"] = block.period
-            sources[_STATE] = add([1 * x for x in laws.state], **kept)
+        if groups or len(outputs) != 1:
+            # More than one system has a use for the state.
+            if update:
+                systems.add([1 * x for x in laws.state], _STATE, **kept)
+            kept = {}
         for key, group in groups.items():
-            sources[key] = add([named.law for named in group])
-        ports = {}
+            systems.add([named.law for named in group], key)
+        ports: dict[str, Any] = {}
         for alike in laws.outputs_alike():
-            split = Demultiplexer([len(outputs[name]) for name in alike])
-            builder.AddSystem(split)
-            port = add([e for name in alike for e in outputs[name]])
-            builder.Connect(port, split.get_input_port())
-            for i, name in enumerate(alike):
-                ports[name] = split.get_output_port(i)
-
+            mine = {name: outputs[name] for name in alike}
+            ports |= systems.add_split(mine, **kept)
         order = [block.get_output_port(i) for i in range(block.num_output_ports())]
         if len(ports) < len(order):
-            rest = builder.AddNamedSystem("rest", block)
-            wires += [(rest.GetInputPort(name), name) for name in laws.inputs]
-            ports = {p.get_name(): rest.GetOutputPort(p.get_name()) for p in order} | (
-                ports
-            )
+            ports = systems.add_block(block) | ports
         for port in order:
-            builder.ExportOutput(ports[port.get_name()], port.get_name())
-        for name, variables in laws.inputs.items():
-            ends = [end for end, key in wires if key == name]
-            if not ends:  # The law has no use for it, but the port is there.
-                idle = builder.AddSystem(PassThrough(len(variables)))
+            systems.builder.ExportOutput(ports[port.get_name()], port.get_name())
+        systems.connect(laws.inputs)
+        systems.builder.BuildInto(self)
+
+
+class _Systems:
+    """Systems of expressions, each fed with just the vectors that it takes."""
+
+    def __init__(self, vectors: Mapping[Hashable, Any], time: Any) -> None:
+        self.builder = DiagramBuilder()
+        self._vectors = vectors
+        self._time = time
+        self._sources: dict[Hashable, Any] = {}  # Who puts out a vector.
+        self._wires: list[tuple[Any, Hashable]] = []  # Who takes which.
+
+    def add(self, law: list[Any], key: Hashable = None, **keep: Any) -> Any:
+        """Adds a system; returns its output, which is the vector `key`, if given.
+
+        Args:
+            law: what it puts out.
+            key: of the vector that this is.
+            keep: state, dynamics and period of a system that has a state.
+        """
+        laws = [*law, *keep.get("dynamics", [])]
+        takes = _taken(laws, self._vectors)
+        if keep:
+            takes.pop(_STATE, None)
+        if _taken(laws, {"time": [self._time]}):
+            keep["time"] = self._time
+        every = np.concatenate([*takes.values(), []]).astype(object)
+        system = self.builder.AddSystem(
+            SymbolicVectorSystem(input=every, output=law, **keep)
+        )
+        if len(takes) > 1:
+            mux = self.builder.AddSystem(Multiplexer([len(v) for v in takes.values()]))
+            self.builder.Connect(mux.get_output_port(), system.get_input_port())
+            ends = [mux.get_input_port(i) for i in range(len(takes))]
+        else:
+            ends = [system.get_input_port() for _ in takes]
+        self._wires += zip(ends, takes, strict=True)
+        self._sources[key] = system.get_output_port()
+        return system.get_output_port()
+
+    def add_split(self, laws: Mapping[str, list[Any]], **keep: Any) -> dict[str, Any]:
+        """Adds a system for one output or several; returns them by name."""
+        port = self.add([e for law in laws.values() for e in law], **keep)
+        if len(laws) == 1:
+            return dict.fromkeys(laws, port)
+        split = self.builder.AddSystem(Demultiplexer([len(e) for e in laws.values()]))
+        self.builder.Connect(port, split.get_input_port())
+        return {name: split.get_output_port(i) for i, name in enumerate(laws)}
+
+    def add_block(self, block: Any) -> dict[str, Any]:
+        """Adds the block itself; returns its outputs by name."""
+        self.builder.AddNamedSystem("rest", block)
+        for i in range(block.num_input_ports()):
+            port = block.get_input_port(i)
+            self._wires.append((port, port.get_name()))
+        ports = map(block.get_output_port, range(block.num_output_ports()))
+        return {port.get_name(): port for port in ports}
+
+    def connect(self, inputs: Mapping[str, Any]) -> None:
+        """Feeds every system, and exports the inputs, also those that none takes."""
+        for name, variables in inputs.items():
+            ends = [end for end, key in self._wires if key == name]
+            if not ends:
+                idle = self.builder.AddSystem(PassThrough(len(variables)))
                 ends = [idle.get_input_port()]
-            builder.ExportInput(ends[0], name)
+            self.builder.ExportInput(ends[0], name)
             for end in ends[1:]:
-                builder.ConnectInput(name, end)
-        for end, key in wires:
-            if key in sources:
-                builder.Connect(sources[key], end)
-        builder.BuildInto(self)
+                self.builder.ConnectInput(name, end)
+        for end, key in self._wires:
+            if key not in inputs:
+                self.builder.Connect(self._sources[key], end)
 
 
 def _taken(law: Iterable[Any], vectors: Mapping[Any, Any]) -> dict[Any, Any]:

@@ -27,7 +27,7 @@ PERIOD = 0.01
 SLACK = 1e-9
 """How far past its limit rounding may push a joint [rad], as `limits` has it."""
 
-CREEP = 1e-12
+CREEP = 1e-15
 """What a joint without room may still do [rad/s], as `limits` has it."""
 
 ROUNDING = 1e-12

@@ -17,10 +17,10 @@ from drake_mobman.decomposers.qp import (
     Qp,
     QpDecomposer,
     QpProgram,
-    braking_factor,
     decomposition_qp,
 )
 from drake_mobman.decomposers.rest import carried_rates
+from drake_mobman.decomposers.solved import braking_factor
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.franka_tiago import FrankaTiago

@@ -13,7 +13,7 @@ from drake_mobman.scalars import Scalar, larger, smaller, where
 _SLACK = 1e-9
 """How far past its limit a joint may be pushed [rad]: rounding must not lock it."""
 
-_CREEP = 1e-12
+_CREEP = 1e-15
 """Stands for no room at all [rad/s], so that nothing is divided by zero."""
 
 

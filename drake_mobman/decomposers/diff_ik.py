@@ -25,7 +25,7 @@ from pydrake.solvers import OsqpSolver
 
 from drake_mobman.arm.jacobian_arm import JacobianArm, tilt
 from drake_mobman.arm.limits import JointLimits, braking_rate
-from drake_mobman.decomposers.qp import BASE_RATES, SolvedDecomposer
+from drake_mobman.decomposers.solved import BASE_RATES, SolvedDecomposer
 from drake_mobman.parameters import checked, not_negative, positive
 from drake_mobman.robots.model import BASE_JOINTS, Robot, RobotModel
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits, braking_rate
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
+from drake_mobman.decomposers.rest import carried_rates
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.scalars import Scalar, larger, smaller, where
@@ -23,7 +23,7 @@ _LEAST_STOP = 0.2
 """Least time in which a hand is slowed down to rest at the end of a joint's range [s],
 as an elbow that is stretched turns ever faster for a hand that goes on."""
 
-_TINY = 1e-9
+_TINY = 1e-15
 """Stands for no rate, or no room at all, so that nothing is divided by zero."""
 
 
