@@ -20,7 +20,7 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import yaw_rate
 from drake_mobman.decomposers.blending import SHARES
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
-from drake_mobman.decomposers.limiter import Limiter
+from drake_mobman.decomposers.limiter import Limiter, both, least, status
 from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates, exact_rest
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
@@ -185,7 +185,7 @@ def ExactDecomposer_(T: Any) -> Any:
             )
 
         def _of_course(self, context: Any) -> Any:
-            """Returns v_b, omega_b, the factors, and the least of them."""
+            """Returns v_b, omega_b, the factors, and the share of the command left."""
             command = self.command.Eval(context)
             workspace = self.workspace.Eval(context)
             q = self.arm_position.Eval(context)
@@ -193,8 +193,8 @@ def ExactDecomposer_(T: Any) -> Any:
             base = exact_base(command, workspace, self.params, self.limits, ahead)
             rest = exact_rest(command, workspace, base, ahead)
             factors = self.limiter.followed(q, rest, *base)
-            least = factors.least()
-            return least * base[0], least * base[1], factors, least
+            share = least(factors)
+            return share * base[0], share * base[1], factors, share
 
         def _at_present(self, context: Any) -> Any:
             """Returns `arm_command` and `decomposer_status`."""
@@ -202,17 +202,17 @@ def ExactDecomposer_(T: Any) -> Any:
             workspace = self.workspace.Eval(context)
             q = self.arm_position.Eval(context)
             sent = self.base_sent.Eval(context)
-            _, _, factors, least = self.course.Eval(context)
-            if self.limiter.base.enabled:  # Else it is sent what was told it.
+            _, _, factors, share = self.course.Eval(context)
+            if self.limiter.base.enabled:  # Else it is sent what it is told.
                 present = self.limiter.at_present(q, workspace, command, sent)
-                factors = factors.below(present)
-                least = smaller(least, present.least())
-            slowed = [least * c for c in command]
+                factors = both(factors, present)
+                share = smaller(share, least(present))
+            slowed = [share * c for c in command]
             rest = exact_rest(slowed, workspace, sent, self.limiter.arm.p_BS[0])
             at_axis = where(
                 workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0
             )
-            return rest, factors.status() + at_axis
+            return rest, status(factors) + at_axis
 
         def _calc_base(self, context: Any, output: Any) -> None:
             v_b, omega_b, _, _ = self.course.Eval(context)

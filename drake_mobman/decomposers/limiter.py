@@ -4,8 +4,11 @@ Scaled together, the hand slows down in its direction instead of turning out of 
 """
 
 import dataclasses as dc
+import functools
+import math
+import operator
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits, braking_rate
@@ -27,32 +30,25 @@ _TINY = 1e-15
 """Stands for no rate, or no room at all, so that nothing is divided by zero."""
 
 
-class Factors(NamedTuple):
-    """What each kind of limit leaves of the command, in [0, 1]."""
+Factors = dict[DecomposerStatus, Scalar]
+"""What each kind of limit leaves of the command, in [0, 1]."""
 
-    base: Scalar
-    joint_rate: Scalar
-    joint_limit: Scalar
-    workspace: Scalar
 
-    def least(self) -> Scalar:
-        """Returns what all of them leave."""
-        return _least(self)
+def least(factors: Factors) -> Scalar:
+    """Returns what all limits leave of the command."""
+    return _least(factors.values())
 
-    def status(self) -> Scalar:
-        """Returns the sum of the `DecomposerStatus` flags of those that bind."""
-        flags = (
-            DecomposerStatus.BASE_RATE,
-            DecomposerStatus.JOINT_RATE,
-            DecomposerStatus.JOINT_LIMIT,
-            DecomposerStatus.WORKSPACE,
-        )
-        pairs = zip(self, flags, strict=True)
-        return sum(where(factor < 1, float(flag), 0.0) for factor, flag in pairs)
 
-    def below(self, other: "Factors") -> "Factors":
-        """Returns the smaller of each kind."""
-        return Factors(*map(smaller, self, other))
+def status(factors: Factors) -> Scalar:
+    """Returns the sum of the flags of those that bind."""
+    flags = (where(s < 1, float(flag), 0.0) for flag, s in factors.items())
+    return functools.reduce(operator.add, flags)
+
+
+def both(factors: Factors, others: Factors) -> Factors:
+    """Returns the smaller of each kind, where both have it."""
+    shared = factors.keys() & others.keys()
+    return factors | others | {f: smaller(factors[f], others[f]) for f in shared}
 
 
 def factor_within(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
@@ -69,11 +65,13 @@ def factor_within(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
     return room / larger(abs(wanted), room)
 
 
+def factor_below(wanted: Scalar, bound: Scalar) -> Scalar:
+    """Returns the same where the base takes nothing off, for a bound above 0."""
+    return bound / larger(abs(wanted), bound)
+
+
 def _least(factors: Iterable[Scalar]) -> Scalar:
-    least: Scalar = 1.0
-    for factor in factors:
-        least = smaller(least, factor)
-    return least
+    return functools.reduce(smaller, factors)
 
 
 @dc.dataclass(frozen=True)
@@ -99,19 +97,23 @@ class Limiter:
             omega_b: its yaw rate [rad/s].
         """
         by_base = smaller(
-            factor_within(v_b, 0.0, self.base.max_speed),
-            factor_within(omega_b, 0.0, self.base.max_yaw_rate),
+            factor_below(v_b, self.base.max_speed),
+            factor_below(omega_b, self.base.max_yaw_rate),
         )
         (rates,) = self.arm.undamped_rates(q, rest)
         by_rate, by_limit = [], []
         for i, rate in enumerate(rates):
-            fastest = _RESERVE * self.joints.velocity[i]
-            by_rate.append(factor_within(rate, 0.0, fastest))
+            by_rate.append(factor_below(rate, _RESERVE * self.joints.velocity[i]))
             room = self._room(q, i, rate)
-            by_limit.append(factor_within(rate, 0.0, self._towards_end(room, i)))
             time = room / larger(abs(rate), _TINY)
             by_limit.append(braking_rate(time, self._slowing, self.period))
-        return Factors(by_base, _least(by_rate), _least(by_limit), 1.0)
+            if math.isfinite(self.joints.acceleration[i]):
+                by_limit.append(factor_below(rate, self._towards_end(room, i)))
+        return {
+            DecomposerStatus.BASE_RATE: by_base,
+            DecomposerStatus.JOINT_RATE: _least(by_rate),
+            DecomposerStatus.JOINT_LIMIT: smaller(_least(by_limit), 1.0),
+        }
 
     def at_present(self, q: Any, workspace: Any, command: Any, sent: Any) -> Factors:
         """Returns what the limits leave of a command while the base moves as sent.
@@ -131,8 +133,14 @@ class Limiter:
             by_rate.append(factor_within(wanted, off, fastest))
             towards_end = self._towards_end(self._room(q, i, wanted), i)
             by_limit.append(factor_within(wanted, off, towards_end))
-        by_workspace = _least(self._edges(workspace, command, carried))
-        return Factors(1.0, _least(by_rate), _least(by_limit), by_workspace)
+        factors = {
+            DecomposerStatus.JOINT_RATE: _least(by_rate),
+            DecomposerStatus.JOINT_LIMIT: _least(by_limit),
+        }
+        if self.workspace is not None:
+            by_edge = self._by_edges(self.workspace, workspace, command, carried)
+            factors[DecomposerStatus.WORKSPACE] = _least(by_edge)
+        return factors
 
     @property
     def _slowing(self) -> float:
@@ -158,13 +166,12 @@ class Limiter:
         most = self.joints.acceleration[i]
         return _RESERVE * braking_rate(room, most, self.period)
 
-    def _edges(self, workspace: Any, command: Any, carried: Any) -> Iterable[Scalar]:
+    def _by_edges(
+        self, edges: Workspace, workspace: Any, command: Any, carried: Any
+    ) -> Iterable[Scalar]:
         """Returns what the ends of l and of psi leave."""
-        edges, base = self.workspace, self.base
-        if edges is None:
-            return
         ends = (edges.l_min, edges.l_max), (edges.psi_min, edges.psi_max)
-        brakes = base.max_acceleration, base.max_yaw_acceleration
+        brakes = self.base.max_acceleration, self.base.max_yaw_acceleration
         for i in range(2):
             lower, upper = ends[i]
             x, wanted = workspace[i], command[i]
