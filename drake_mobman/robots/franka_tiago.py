@@ -29,7 +29,7 @@ class FrankaTiago:
     mount: float = 0.1  # From the base's top up to the arm's foot [m].
     # How the level hand is turned: along the `reach`, or apart from it and whatever the
     # base does, in W at omega_c (`turning`) or not at all (`held`).
-    orientation: str = "reach"
+    orientation: str = "turning"
 
     def check(self) -> None:
         """Raises `ParameterError` where a length or the orientation is not one."""
