@@ -1,9 +1,11 @@
 """Tele-operation: the operator's command, split between base and arm.
 
 source -> guard -> decomposer -> smoother -> robot, with the arm's inverse beside the
-smoother.
+smoother. With a live or a recorded operator the gate stands in the guard's place, and
+the decomposer may be one of several, as he chooses.
 """
 
+import dataclasses as dc
 from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -12,38 +14,88 @@ from drake_mobman import signals
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.oriented_inverse import OrientedInverse
 from drake_mobman.base.smoother import CommandSmoother
 from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
+from drake_mobman.decomposers.diff_ik import DiffIk, DiffIkDecomposer
+from drake_mobman.decomposers.exact import Exact, ExactDecomposer
 from drake_mobman.decomposers.field import FieldDecomposer
+from drake_mobman.decomposers.qp import Qp, QpDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.robots.model import RobotModel
+from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.robot import make_robot
 from drake_mobman.runs.scenario import Teleop
 from drake_mobman.teleop.guard import CommandGuard
 from drake_mobman.teleop.scripted import Script, ScriptedSource
 
-from .wiring import as_wanted, connect_by_name, finished, outputs
+from .choice import make_choice
+from .operator import add_operator, operator_of
+from .wiring import Ports, as_wanted, connect_by_name, finished, outputs
 
-DECOMPOSERS = {Blending: BlendingDecomposer, Switching: SwitchingDecomposer}
-"""The block of each decomposer that splits by shares."""
 
-
-def make_decomposer(scenario: Teleop) -> Any:
+def make_decomposer(scenario: Teleop, model: RobotModel) -> Any:
     """Returns the decomposer that the scenario names."""
-    params, arm = scenario.decomposer, scenario.robot.arm()
-    if isinstance(params, VelocityField):
-        return FieldDecomposer(params, scenario.robot.reach(), arm)
-    block = DECOMPOSERS[type(params)]
-    return block(params, scenario.workspace, scenario.projection, arm.joints)
+    params, robot, limits = scenario.decomposer, scenario.robot, model.limits
+    arm, period = robot.arm(), scenario.period
+    match params:
+        case Exact():
+            rest = limits, scenario.smoother, period
+            return ExactDecomposer(params, scenario.workspace, arm, *rest)
+        case Blending():
+            shared = scenario.workspace, scenario.projection, arm.joints
+            return BlendingDecomposer(params, *shared)
+        case Switching():
+            shared = scenario.workspace, scenario.projection, arm.joints
+            return SwitchingDecomposer(params, *shared)
+        case VelocityField():
+            return FieldDecomposer(params, robot.reach(), arm)
+        case Qp():
+            return QpDecomposer(params, arm, limits, period)
+        case DiffIk():
+            return DiffIkDecomposer(params, robot, period)
+
+
+def make_decomposers(scenario: Teleop, model: RobotModel) -> Any:
+    """Returns the scenario's decomposer, or what chooses between it and others.
+
+    There is a choice where there is an operator to choose.
+    """
+    wanted, period = as_wanted(scenario), scenario.period
+    operated = operator_of(scenario)
+    params = scenario.controllers if operated else [scenario.decomposer]
+    blocks = [
+        wanted(make_decomposer(dc.replace(scenario, decomposer=one), model))
+        for one in params
+    ]
+    return make_choice(blocks, scenario.change, period) if blocks[1:] else blocks[0]
 
 
 def make_arm_inverse(scenario: Teleop, model: RobotModel) -> Any:
     """Returns the arm's inverse: in closed form where the arm has one."""
-    arm, period = scenario.robot.arm(), scenario.period
-    if isinstance(arm, JacobianArm):
-        return DampedInverse(arm, model.limits, period)
-    return ClosedFormInverse(arm, model.limits, period, by=scenario.inverse)
+    robot, limits, period = scenario.robot, model.limits, scenario.period
+    arm = robot.arm()
+    if isinstance(robot, Planar) or not isinstance(arm, JacobianArm):
+        return ClosedFormInverse(arm, limits, period, by=scenario.inverse)
+    if robot.orientation == "reach":
+        return DampedInverse(arm, limits, period)
+    return OrientedInverse(arm, limits, period, robot.orientation)
+
+
+def add_guarded(builder: DiagramBuilder, scenario: Teleop) -> Ports:
+    """Adds a source without an operator, and the guard; returns their outputs."""
+    guard = builder.AddNamedSystem(
+        "guard", CommandGuard(scenario.guard, scenario.period)
+    )
+    ports = outputs([guard])
+    if isinstance(scenario.source, Script):
+        source = builder.AddNamedSystem("source", ScriptedSource(scenario.source))
+        builder.Connect(source.get_output_port(), guard.get_input_port())
+        ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
+    else:
+        builder.ExportInput(guard.get_input_port(), signals.EE_COMMAND)
+    return ports
 
 
 def make_teleop_diagram(
@@ -56,8 +108,12 @@ def make_teleop_diagram(
         name: teleop
         input_ports:
         - ee_command (only where the scenario's source is External)
+        - operator_input (only where it is Operator)
         output_ports:
-        - source.ee_command (unless the source is External)
+        - source.ee_command (where it is Script)
+        - operator_input, gate_status, gate_arming, decomposer.base_command (where it
+          is Operator or Recording)
+        - handover (where there are alternatives to choose from)
         - ee_command
         - guard_status
         - base_command
@@ -89,8 +145,7 @@ def make_teleop_diagram(
 
     wanted = as_wanted(scenario)
 
-    guard = add("guard", CommandGuard(scenario.guard, period))
-    decomposer = add("decomposer", decomposer or wanted(make_decomposer(scenario)))
+    decomposer = add("decomposer", decomposer or make_decomposers(scenario, model))
     smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
     arm = add("arm", wanted(make_arm_inverse(scenario, model)))
     robot = add(
@@ -104,14 +159,10 @@ def make_teleop_diagram(
         ),
     )
 
-    ports = outputs([guard, decomposer, smoother, arm, robot])
-    connect_by_name(builder, ports, [decomposer, smoother, arm, robot])
-
-    command = guard.GetInputPort(signals.EE_COMMAND)
-    if isinstance(scenario.source, Script):
-        source = add("source", ScriptedSource(scenario.source))
-        builder.Connect(source.get_output_port(), command)
-        ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
+    ports = outputs([decomposer, smoother, arm, robot])
+    if operator := operator_of(scenario):
+        ports = add_operator(builder, scenario, operator, ports)
     else:
-        builder.ExportInput(command, signals.EE_COMMAND)
+        ports |= add_guarded(builder, scenario)
+    connect_by_name(builder, ports, [decomposer, smoother, arm, robot])
     return finished(builder, "teleop", ports, period, logged=logged)

@@ -65,3 +65,20 @@ SPATIAL_FORCES = "spatial_forces"
 
 ROBOT_STATE = "robot_state"
 """2 (3 + n): positions of base and arm, then rates, as `MultibodyPlant` has them."""
+
+OPERATOR_INPUT = "operator_input"
+"""7: what the operator says, as it reached the robot; may hold anything at all.
+
+`v_c` [m/s], `omega_c` [rad/s], `v_z` [m/s] as in `ee_command`; `dead_man`, 1 while
+held; `age` [s] since the operator said so, infinite before the first word; `stop`, 1
+when anyone asks for a stop; `choice`, which of the decomposers or fields is to drive.
+"""
+
+GATE_STATUS = "gate_status"
+"""1: why the gate holds the robot still, a `GateStatus`, until it is armed again."""
+
+GATE_ARMING = "gate_arming"
+"""1: how far the operator has come in arming the gate, an `Arming`."""
+
+HANDOVER = "handover"
+"""3: who drove, who is to, each as a `choice`, and how far that has come, 0 to 1."""

@@ -9,11 +9,16 @@ import math
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from drake_mobman.arm.closed_form_inverse import INVERSES
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import VelocityField, check_zones
 from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.diff_ik import DiffIk
+from drake_mobman.decomposers.exact import Exact
+from drake_mobman.decomposers.qp import Qp
 from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
 from drake_mobman.guidance.guiding_hand import Hand, peak_speed
@@ -25,7 +30,11 @@ from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.runs.schema import load_typed, load_yaml, with_override
+from drake_mobman.teleop.choice import Change
+from drake_mobman.teleop.gate import Gate
 from drake_mobman.teleop.guard import Guard
+from drake_mobman.teleop.live import Operator
+from drake_mobman.teleop.recorded import Recording
 from drake_mobman.teleop.scripted import Script
 
 
@@ -44,6 +53,11 @@ class Start:
 @dc.dataclass
 class External:
     """The diagram's input port `ee_command` is left to a program."""
+
+
+@dc.dataclass
+class Planned:
+    """The hand that pulls goes along its own path."""
 
 
 @dc.dataclass
@@ -100,24 +114,39 @@ class Scenario:
         return [at.x, at.y, at.theta, *q]
 
 
+Decomposer = Exact | Blending | Switching | VelocityField | Qp | DiffIk
+"""Whatever tells base and arm what to do."""
+
+
 @dc.dataclass
 class Teleop(Scenario):
     """An operator commands the hand; a decomposer tells base and arm what to do."""
 
-    source: Script | External = dc.field(default_factory=Script)
+    source: Script | External | Operator | Recording = dc.field(default_factory=Script)
     guard: Guard = dc.field(default_factory=Guard)
-    decomposer: Blending | Switching | VelocityField = dc.field(
-        default_factory=Blending
-    )
+    gate: Gate = dc.field(default_factory=Gate)  # Of a live or recorded operator.
+    decomposer: Decomposer = dc.field(default_factory=Exact)
+    # What a live operator may choose instead, while driving.
+    alternatives: list[Decomposer] = dc.field(default_factory=list)
+    change: Change = dc.field(default_factory=Change)
     projection: Projection = dc.field(default_factory=Projection)
     inverse: str = "positions"  # Of an arm with closed form: "positions" or "rates".
+
+    @property
+    def controllers(self) -> list[Any]:
+        """Returns what may drive: the decomposer, then its alternatives."""
+        return [self.decomposer, *self.alternatives]
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
         one_of(self, "inverse", INVERSES)
         super().check()
-        if isinstance(self.decomposer, VelocityField):
-            _check_field(self.decomposer, "decomposer", self.robot)
+        _check_fields(self.controllers, "decomposer", self.robot)
+        if any(isinstance(one, Qp) for one in self.controllers) and isinstance(
+            self.robot.arm(), JacobianArm
+        ):
+            valid = "must be another; the arm has no Jacobian in closed form"
+            raise ParameterError("decomposer", "!Qp", valid)
 
 
 @dc.dataclass
@@ -128,8 +157,19 @@ class Guided(Scenario):
     robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=FrankaTiago)
     start: Start = dc.field(default_factory=lambda: Start(l=0.58, z=-0.21))
     smoother: Smoother = dc.field(default_factory=Smoother)
+    source: Planned | Operator | Recording = dc.field(default_factory=Planned)
+    guard: Guard = dc.field(default_factory=Guard)  # Of an operator who leads the hand.
+    gate: Gate = dc.field(default_factory=Gate)  # The same.
     hand: Hand = dc.field(default_factory=Hand)
     field: VelocityField = dc.field(default_factory=VelocityField)
+    # What a live operator may choose instead, while driving.
+    alternatives: list[VelocityField] = dc.field(default_factory=list)
+    change: Change = dc.field(default_factory=Change)
+
+    @property
+    def controllers(self) -> list[Any]:
+        """Returns what may drive the base: the field, then its alternatives."""
+        return [self.field, *self.alternatives]
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
@@ -137,7 +177,7 @@ class Guided(Scenario):
             valid = "must be !Servo, a hand pulls by force"
             raise ParameterError("fidelity", "!Kinematic", valid)
         super().check()
-        _check_field(self.field, "field", self.robot)
+        _check_fields(self.controllers, "field", self.robot)
         self._check_hand()
         self._check_path()
 
@@ -186,11 +226,18 @@ _GRASP = 0.05
 """How far from the tool a hand may take hold of it [m]."""
 
 
-def _check_field(field: VelocityField, key: str, robot: Robot) -> None:
-    try:
-        check_zones(field, robot.reach())
-    except ParameterError as error:
-        raise error.below(key) from None
+def _check_fields(controllers: list[Any], key: str, robot: Robot) -> None:
+    """Raises `ParameterError` where one is a field that leaves the arm no room.
+
+    The first stands at `key`, the others among the alternatives.
+    """
+    for i, params in enumerate(controllers):
+        if isinstance(params, VelocityField):
+            try:
+                check_zones(params, robot.reach())
+            except ParameterError as error:
+                at = f"alternatives[{i - 1}]" if i else key
+                raise error.below(at) from None
 
 
 AnyScenario = Teleop | Guided
@@ -203,6 +250,25 @@ def field_of(scenario: AnyScenario) -> VelocityField | None:
         return scenario.field
     field = scenario.decomposer
     return field if isinstance(field, VelocityField) else None
+
+
+def played_back(scenario: AnyScenario, folder: Path) -> AnyScenario:
+    """Returns a scenario of `folder` with its recording, if it has one, found.
+
+    It runs as long as the recording is, or shorter.
+
+    Raises:
+        ParameterError: where the recording cannot be read.
+    """
+    if not isinstance(scenario.source, Recording):
+        return scenario
+    source = scenario.source.in_folder(folder)
+    try:
+        last = len(source.samples()) - 1
+    except ParameterError as error:
+        raise error.below("source") from None
+    duration = min(scenario.duration, last * scenario.period)
+    return dc.replace(scenario, source=source, duration=duration)
 
 
 class ScenarioError(ValueError):
@@ -243,7 +309,7 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnySce
                 raise ParameterError("override", override, "must be key.path=value")
             data = with_override(data, key, load_yaml(value))
         label = f"{path.name} with --set" if overrides else path.name
-        scenario = load_typed(AnyScenario, data)
+        scenario = played_back(load_typed(AnyScenario, data), path.parent)
     except ParameterError as error:
         raise ScenarioError(f"{label}: {error}") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -53,7 +53,7 @@ def simulate(
         simulator.Initialize()
         for end in _chunk_ends(scenario):
             simulator.AdvanceTo(end)
-            _check_finite(diagram, context)
+            check_finite(diagram, context)
             if progress:
                 progress(end)
     except KeyboardInterrupt:
@@ -74,7 +74,8 @@ def _chunk_ends(scenario: AnyScenario) -> list[float]:
     return [*(end for end in ends if end < scenario.duration), scenario.duration]
 
 
-def _check_finite(diagram: Any, context: Any) -> None:
+def check_finite(diagram: Any, context: Any) -> None:
+    """Raises `ArithmeticError` unless the robot's state is finite."""
     for name in (signals.BASE_POSE, signals.ARM_POSITION):
         if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
             raise ArithmeticError(f"{name} is not finite any more")

@@ -1,0 +1,113 @@
+"""The edge: what the operator last said, and how old it is by the wall clock."""
+
+import dataclasses as dc
+import math
+import threading
+import time
+from collections.abc import Callable
+
+from drake_mobman.teleop.live import NOBODY, OperatorSample
+
+_DRIFT = 1e-3
+"""How fast two clocks may go apart, at most [s/s]; quartz stays below 1e-4."""
+
+
+@dc.dataclass(frozen=True)
+class OperatorInput:
+    """A message of the operator; sent many times a second, changed or not.
+
+    Numbers may be anything: what is not finite or out of range is for the gate to stop.
+    """
+
+    sequence: int  # Counts up with each message of an operator.
+    v_c: float = 0.0  # [m/s].
+    omega_c: float = 0.0  # [rad/s].
+    v_z: float = 0.0  # [m/s].
+    dead_man: bool = False  # Whether it is held.
+    sent: float | None = None  # When, by the sender's own monotonic clock [s].
+
+
+class Inbox:
+    """Keeps the last word of the one operator; any thread may call.
+
+    The latest message wins; there is no queue, so that nothing is ever executed late.
+    One that comes out of order or late is dropped. How late it is shows in the sender's
+    own clock: two clocks differ by a constant, which the quickest message tells, and
+    what another takes longer it is late. A message without a time is taken as timely.
+
+    Args:
+        late: latest that a message may be [s].
+        clock: the wall's [s].
+    """
+
+    def __init__(
+        self, late: float = 0.25, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._late = late
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._choice = 0
+        self._stop = False
+        self.dropped = 0  # Messages, since the start.
+        self.forget()
+        self._gone = False  # Whether it is still to be told that nobody is there.
+
+    def forget(self) -> None:
+        """Forgets the operator, as when another takes over.
+
+        The next sample tells of nobody, however soon another speaks.
+        """
+        with self._lock:
+            self._gone = True
+            self._said: OperatorInput | None = None
+            self._stamp = -math.inf  # When it was said, by our clock.
+            self._offset = math.inf  # Our clock less the sender's, at its quickest.
+            self._heard = self._clock()
+
+    def tell(self, said: OperatorInput) -> bool:
+        """Takes a message; returns whether it counts, or was dropped."""
+        with self._lock:
+            now = self._clock()
+            lateness = self._lateness(said, now)
+            in_order = self._said is None or said.sequence > self._said.sequence
+            if not (in_order and lateness <= self._late):
+                self.dropped += 1
+                return False
+            self._said, self._stamp = said, now - lateness
+            return True
+
+    def _lateness(self, said: OperatorInput, now: float) -> float:
+        if said.sent is None:
+            return 0.0
+        offset = now - said.sent
+        self._offset = min(offset, self._offset + _DRIFT * (now - self._heard))
+        self._heard = now
+        return offset - self._offset
+
+    def stop(self) -> None:
+        """Asks for a stop; the next sample tells of it."""
+        with self._lock:
+            self._stop = True
+
+    def choose(self, choice: int) -> None:
+        """Asks for the decomposer, or field, of this index."""
+        with self._lock:
+            self._choice = choice
+
+    def sample(self) -> OperatorSample:
+        """Returns what the operator says now; a stop is told once."""
+        with self._lock:
+            stop, self._stop = float(self._stop), False
+            gone, self._gone = self._gone, False
+            said, choice = self._said, float(self._choice)
+            if said is None or gone:
+                return NOBODY._replace(stop=stop, choice=choice)
+            return OperatorSample(
+                v_c=said.v_c,
+                omega_c=said.omega_c,
+                v_z=said.v_z,
+                dead_man=float(said.dead_man),
+                age=max(0.0, self._clock() - self._stamp),
+                stop=stop,
+                choice=choice,
+            )

@@ -1,0 +1,118 @@
+"""A session on disk as it goes on: killed at any time, it can be played back."""
+
+import dataclasses as dc
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_mobman import signals
+from drake_mobman.runs.log import Log, until_not_finite
+from drake_mobman.runs.run_folder import RUN, new_folder, write_figures, write_run
+from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.runs.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.runs.simulate import Run
+from drake_mobman.teleop.recorded import COMMANDS, HEADER, Recording, write_samples
+
+PART = "log.part"
+"""The log so far: a line of JSON with the signals' sizes, then samples row by row."""
+
+FILES = (*RUN, COMMANDS, PART)
+"""What a folder of a session holds; one with anything else is not ours to replace."""
+
+LONGEST = 86400.0
+"""What a recorded scenario says of its duration while nobody knows it [s]."""
+
+
+class Recorder:
+    """Writes a session to a run folder as it goes on.
+
+    From the first moment the folder has a `scenario.yaml` that plays back whatever has
+    been written of the commands. `finish` makes an ordinary run folder of it.
+
+    Args:
+        scenario: what is driven.
+        folder: to be made, or replaced if it holds a run.
+
+    Raises:
+        OSError: where the folder cannot be written; `FolderError` if it is not ours.
+    """
+
+    def __init__(self, scenario: AnyScenario, folder: Path) -> None:
+        self.folder = folder
+        played = dc.replace(scenario, source=Recording(), duration=LONGEST)
+        with new_folder(folder, FILES) as draft:
+            (draft / "scenario.yaml").write_text(dump_typed(played))
+            (draft / COMMANDS).write_bytes(HEADER)
+        self._commands = (folder / COMMANDS).open("ab")
+        self._log = (folder / PART).open("ab")
+
+    def append(self, log: Log) -> None:
+        """Appends what has been logged since the last call, and lets go of it.
+
+        Raises:
+            OSError: where it cannot be written.
+        """
+        write_samples(self._commands, log[signals.OPERATOR_INPUT])
+        self._commands.flush()
+        if self._log.tell() == 0:
+            sizes = {name: x[0].size for name, x in log.items()}
+            self._log.write(json.dumps(sizes).encode() + b"\n")
+        columns = [x.reshape(len(x), -1) for x in log.values()]
+        self._log.write(np.hstack(columns).astype("<f8").tobytes())
+        self._log.flush()
+
+    def close(self) -> None:
+        """Closes the files; what the folder holds can be played back, or finished."""
+        self._commands.close()
+        self._log.close()
+
+
+def read_part(file: Path) -> Log:
+    """Returns the log in a file `PART`; a row cut off at its end is left out."""
+    data = file.read_bytes()
+    header, _, rest = data.partition(b"\n")
+    sizes = json.loads(header)
+    width = sum(sizes.values())
+    rows = len(rest) // (8 * width)
+    table = np.frombuffer(rest, "<f8", rows * width).reshape(rows, width).astype(float)
+    borders = np.cumsum(list(sizes.values()))[:-1]
+    columns = [np.ascontiguousarray(x) for x in np.split(table, borders, axis=1)]
+    log = dict(zip(sizes, columns, strict=True))
+    return log | {"time": log["time"][:, 0]}
+
+
+def finish(
+    folder: Path, wall_time: float, died: str = "", *, figures: bool = False
+) -> dict[str, Any]:
+    """Makes an ordinary run folder of a recorder's; returns the metrics.
+
+    Args:
+        folder: of a `Recorder` that is closed.
+        wall_time: of the session [s].
+        died: when and why it died, in one line; empty if it did not.
+        figures: whether they are drawn.
+
+    Raises:
+        OSError: where something cannot be written; then the folder is as it was.
+    """
+    played = load_typed(AnyScenario, load_yaml((folder / "scenario.yaml").read_text()))
+    log = until_not_finite(read_part(folder / PART))
+    last = max(len(log["time"]) - 1, 1)
+    scenario = dc.replace(played, duration=last * played.period)
+    run = Run(scenario, log, wall_time, np.zeros(0), died)
+    with new_folder(folder, FILES) as draft:
+        shutil.copy(folder / COMMANDS, draft)
+        numbers = write_run(run, draft)
+        if figures:
+            write_figures(run, draft)
+    return numbers
+
+
+if __name__ == "__main__":
+    # Another process does it while the session goes on.
+    given, seconds, reason = sys.argv[1:]
+    finish(Path(given), float(seconds), reason)

@@ -1,0 +1,381 @@
+"""A live session: a scenario simulated in real time, with an operator at the stick."""
+
+import collections
+import dataclasses as dc
+import itertools
+import math
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from drake_mobman import signals
+from drake_mobman.console.choices import choices, live
+from drake_mobman.console.inbox import Inbox, OperatorInput
+from drake_mobman.console.recorder import FILES, Recorder
+from drake_mobman.diagrams import make_diagram
+from drake_mobman.runs.log import Log, drained_log
+from drake_mobman.runs.motion import hand_motion
+from drake_mobman.runs.run_folder import check_writable
+from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.runs.simulate import Run, check_finite
+from drake_mobman.teleop.gate import Arming, GateStatus
+
+WHY = {
+    GateStatus.OK: "driving",
+    GateStatus.NOT_FINITE: "stopped: the command was not finite",
+    GateStatus.OVER_RANGE: "stopped: the command was over its range",
+    GateStatus.NOT_ARMED: "not armed yet",
+    GateStatus.RELEASED: "stopped: the dead-man was let go",
+    GateStatus.STALE: "stopped: the operator was not heard in time",
+    GateStatus.STOPPED: "stopped by {who}",
+}
+"""What the gate's status says to people."""
+
+NEXT = {
+    Arming.LATCHED: "; let stick and dead-man go",
+    Arming.READY: "; press the dead-man to drive",
+    Arming.ARMED: "",
+}
+"""What is to be done next."""
+
+_DRAIN = 0.25
+"""Between two times that the log goes to disk [s]: a kill costs no more than that."""
+
+_SHOW = 1 / 30
+"""Between two snapshots [s]."""
+
+_LAG = 0.1
+"""How far the simulation may fall behind [s] and still catch up. What is more is left
+out: commands are never executed faster than they were given."""
+
+_FINISHER = "drake_mobman.console.recorder"
+"""Module that completes a folder: it is run, too."""
+
+_KEPT = 1000
+"""Ticks of which the lateness is known."""
+
+
+@dc.dataclass(frozen=True)
+class Snapshot:
+    """A session at one time; nothing in it changes any more."""
+
+    time: float = 0.0  # Simulated [s].
+    # Every logged signal under its name; see `drake_mobman.signals`.
+    signals: dict[str, tuple[float, ...]] = dc.field(default_factory=dict)
+    hand_error: float = 0.0  # As in the metrics: [m/s]; where a hand pulls, [m].
+    status: GateStatus = GateStatus.NOT_ARMED
+    arming: Arming = Arming.LATCHED
+    text: str = ""  # Status, reason and what to do next, in one line.
+    choice: str = ""  # Who drives, or is about to.
+    real_time_ratio: float = 1.0  # Simulated over wall time, of the last second.
+    mean_period: float = 0.0  # Of the loop, by the wall clock, since the start [s].
+    lateness: float = 0.0  # p99 of how late a control tick starts [s].
+    dropped: int = 0  # Messages that came late or out of order.
+    recording: Path | None = None  # Folder, while it is written to.
+    problem: str = ""  # What went wrong with the recording, in one line.
+    died: str = ""  # When and why the simulation ended, in one line.
+
+
+class LiveSession:
+    """Simulates a scenario in a thread of its own, in real time, until it is closed.
+
+    All methods may be called from any thread. What the operator says is taken in at the
+    control ticks; whether it moves anything is decided by the gate in the diagram.
+
+    Args:
+        scenario: as `load_scenario` returns it. Its source gives way to the operator,
+            who may choose all decomposers that work with it, if it names none.
+        record: folder to record to; see `record`.
+
+    Raises:
+        ParameterError: where the scenario cannot be driven.
+        FolderError: where the folder cannot take a recording.
+    """
+
+    def __init__(self, scenario: AnyScenario, record: Path | None = None) -> None:
+        self.scenario = live(scenario)
+        self.choices = choices(self.scenario)
+        self._diagram = make_diagram(self.scenario)
+        self._inbox = Inbox(late=self.scenario.gate.fresh)
+        self._who = "nobody"
+        self._snapshot = Snapshot(choice=self.choices[0])
+        self._hand_error = 0.0
+        # What other threads want; the loop looks at each tick.
+        self._closing = threading.Event()
+        self._restart = threading.Event()
+        self._record_to: Path | None = None
+        # Of recordings.
+        self._recorder: Recorder | None = None
+        self._taken: set[Path] = set()
+        self._finishing: list[tuple[Path, Any]] = []
+        self._problem = ""
+        if record is not None:
+            self.record(record)
+        self._thread = threading.Thread(target=self._run, name="session", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # What people do.
+
+    def tell(self, said: OperatorInput) -> bool:
+        """Takes the operator's word; returns whether it counts, or came too late."""
+        return self._inbox.tell(said)
+
+    def hand_over(self) -> None:
+        """Forgets the operator: the robot stops, and another may arm it."""
+        self._inbox.forget()
+
+    def stop(self, who: str) -> None:
+        """Stops the robot, whoever drives; `who` says by whom, as in "a viewer"."""
+        self._who = who
+        self._inbox.stop()
+
+    def choose(self, name: str) -> None:
+        """Lets one of `choices` drive.
+
+        Raises:
+            ValueError: if it is none of them.
+        """
+        if name not in self.choices:
+            valid = ", ".join(repr(choice) for choice in self.choices)
+            raise ValueError(f"no choice {name!r}; valid names are {valid}")
+        self._inbox.choose(self.choices.index(name))
+
+    def reset(self) -> None:
+        """Starts over, disarmed; what is recorded goes on in a folder of its own."""
+        self._restart.set()
+
+    def record(self, folder: Path | None) -> None:
+        """Starts over and records to `folder`; with None, ends the recording.
+
+        A recording starts where the scenario starts, or it could not be played back.
+        Those after a reset go to `folder`-2, `folder`-3 and so on.
+
+        Raises:
+            FolderError: where the folder cannot take a recording.
+        """
+        if folder is None:
+            self._record_to = None
+            return
+        folder = folder.resolve()
+        check_writable(self._free(folder), FILES)
+        self._record_to = folder  # Before the restart, which looks at it.
+        self._restart.set()
+
+    def snapshot(self) -> Snapshot:
+        """Returns the session as it was at most a thirtieth of a second ago."""
+        return self._snapshot
+
+    def close(self) -> None:
+        """Ends the session, and waits until all recordings are complete run folders."""
+        self._closing.set()
+        self._thread.join()
+        for folder, process in self._finishing:
+            _, error = process.communicate()
+            if process.returncode:
+                why = error.strip().rpartition("\n")[2]
+                self._problem = f"{folder}: recorded, but not completed: {why}"
+        self._finishing.clear()
+        self._snapshot = dc.replace(
+            self._snapshot, recording=None, problem=self._problem
+        )
+
+    # The thread.
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            self._restart.clear()
+            self._begin_recording()
+            died = self._drive()
+            # One that died stands until it is started over.
+            while died and not (self._closing.is_set() or self._restart.is_set()):
+                time.sleep(_SHOW)
+
+    def _drive(self) -> bool:
+        """Drives from the start until something else is wanted, or it dies.
+
+        Returns:
+            Whether it died.
+        """
+        simulator = Simulator(self._diagram)
+        context = simulator.get_mutable_context()
+        said = self._diagram.GetInputPort(signals.OPERATOR_INPUT)
+        pace = _Pace(self.scenario.period)
+        drained = shown = -math.inf
+        died = ""
+        try:
+            simulator.Initialize()
+            while not (self._closing.is_set() or self._restart.is_set()):
+                said.FixValue(context, np.array(self._inbox.sample()))
+                simulator.AdvanceTo(pace.next_time())
+                check_finite(self._diagram, context)
+                now = time.monotonic()
+                if now - drained >= _DRAIN:
+                    self._drain(context, pace)
+                    drained = now
+                if now - shown >= _SHOW:
+                    self._show(context, pace)
+                    shown = now
+                pace.wait()
+        except Exception as error:  # Nobody else would hear of it.
+            reason = textwrap.shorten(str(error), 200, placeholder=" ...")
+            died = f"died at t = {context.get_time():g} s: {reason}"
+        self._drain(context, pace)
+        self._end_recording(pace, died)
+        if died:
+            text = f"{died}; reset to start over"
+            self._snapshot = dc.replace(
+                self._snapshot, died=died, text=text, recording=None
+            )
+        return bool(died)
+
+    def _show(self, context: Any, pace: "_Pace") -> None:
+        """Makes a new snapshot."""
+        ports = map(
+            self._diagram.get_output_port, range(self._diagram.num_output_ports())
+        )
+        values = {port.get_name(): tuple(port.Eval(context).tolist()) for port in ports}
+        status = GateStatus(int(values[signals.GATE_STATUS][0]))
+        arming = Arming(int(values[signals.GATE_ARMING][0]))
+        _, chosen, _ = values.get(signals.HANDOVER, (0, 0, 1))
+        self._snapshot = Snapshot(
+            time=context.get_time(),
+            signals=values,
+            hand_error=self._hand_error,
+            status=status,
+            arming=arming,
+            text=WHY[status].format(who=self._who) + NEXT[arming],
+            choice=self.choices[int(chosen)],
+            real_time_ratio=pace.ratio(context.get_time()),
+            mean_period=pace.mean_period(),
+            lateness=pace.lateness(),
+            dropped=self._inbox.dropped,
+            recording=self._recorder.folder if self._recorder else None,
+            problem=self._problem,
+        )
+
+    # The recording.
+
+    def _free(self, folder: Path) -> Path:
+        """Returns `folder`, or the first of folder-2, -3 ... not yet recorded to."""
+        if folder not in self._taken:
+            return folder
+        numbered = (folder.with_name(f"{folder.name}-{n}") for n in itertools.count(2))
+        return next(other for other in numbered if other not in self._taken)
+
+    def _begin_recording(self) -> None:
+        if self._record_to is None:
+            return
+        folder = self._free(self._record_to)
+        try:
+            self._recorder = Recorder(self.scenario, folder)
+        except OSError as error:
+            self._problem = f"not recorded: {error}"
+            return
+        self._taken.add(folder)
+        self._problem = ""
+
+    def _drain(self, context: Any, pace: "_Pace") -> None:
+        """Empties the log, to disk where it is recorded."""
+        log = drained_log(self._diagram, context)
+        if not len(log["time"]):
+            return
+        self._hand_error = hand_error(self.scenario, log)
+        if self._recorder is None:
+            return
+        try:
+            self._recorder.append(log)
+        except OSError as error:
+            self._problem = f"recording ended: {error}"
+            self._record_to = None
+        if self._record_to is None:
+            self._end_recording(pace, "")
+
+    def _end_recording(self, pace: "_Pace", died: str) -> None:
+        """Ends a recording; another process completes its folder, out of our way."""
+        recorder, self._recorder = self._recorder, None
+        if recorder is None:
+            return
+        recorder.close()
+        command = [sys.executable, "-m", _FINISHER, str(recorder.folder)]
+        process = subprocess.Popen(
+            [*command, str(pace.wall_time()), died],
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,  # Ctrl-C is for the session, not for its records.
+        )
+        self._finishing.append((recorder.folder, process))
+
+
+def hand_error(scenario: AnyScenario, log: Log) -> float:
+    """Returns how far the hand is from its command, at a log's last sample.
+
+    As in the metrics: its velocity in the plane [m/s]; where a hand pulls, the distance
+    of the tool from the hand [m].
+    """
+    last = {name: x[-1:] for name, x in log.items()}
+    if signals.HAND_POSITION in log:
+        gap = last[signals.HAND_POSITION] - last[signals.TOOL_POSITION]
+    else:
+        gap = hand_motion(Run(scenario, last, 0.0, np.zeros(0))).error
+    return float(np.linalg.norm(gap))
+
+
+class _Pace:
+    """Keeps the control ticks to the wall clock, and knows how well that goes."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._ticks = 0
+        self._start = self._anchor = time.monotonic()
+        self._late: collections.deque[float] = collections.deque(maxlen=_KEPT)
+        self._shown = collections.deque([(self._start, 0.0)])  # Wall and simulated.
+
+    def next_time(self) -> float:
+        """Returns the simulated time of the next tick [s]."""
+        self._ticks += 1
+        return self._ticks * self._period
+
+    def wait(self) -> None:
+        """Waits for the next tick."""
+        due = self._anchor + self._ticks * self._period
+        ahead = due - time.monotonic()
+        if ahead > 0:
+            time.sleep(ahead)
+        late = time.monotonic() - due
+        self._late.append(late)
+        if late > _LAG:
+            self._anchor += late
+
+    def wall_time(self) -> float:
+        """Returns for how long it has gone [s]."""
+        return time.monotonic() - self._start
+
+    def mean_period(self) -> float:
+        """Returns the ticks' mean period by the wall clock [s]."""
+        return self.wall_time() / max(self._ticks - 1, 1)
+
+    def lateness(self) -> float:
+        """Returns the 99th percentile of how late the latest ticks were [s]."""
+        return float(np.percentile(self._late, 99)) if self._late else 0.0
+
+    def ratio(self, time_: float) -> float:
+        """Returns simulated over wall time of the last second; call it now and then."""
+        now = time.monotonic()
+        self._shown.append((now, time_))
+        while self._shown[1][0] < now - 1.0:
+            self._shown.popleft()
+        then, time_then = self._shown[0]
+        return (time_ - time_then) / (now - then)

@@ -1,0 +1,109 @@
+"""An operator's session, played back: what was said, sample by sample."""
+
+import dataclasses as dc
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from drake_mobman import signals
+from drake_mobman.parameters import ParameterError, checked_period
+from drake_mobman.teleop.live import NOBODY, SIZE, OperatorSample
+
+COMMANDS = "commands.bin"
+"""The file's name in a run folder."""
+
+HEADER = (
+    f"{signals.OPERATOR_INPUT}: {', '.join(OperatorSample._fields)}; <f8\n".encode()
+)
+"""First line of the file. After it, samples (N, SIZE) row by row, one a period from
+time 0 on, as numbers of 8 bytes, little-endian: read whole up to wherever it ends."""
+
+
+@dc.dataclass
+class Recording:
+    """A recorded session, as it reached the gate; the run is as long as that is."""
+
+    file: str = COMMANDS  # Path, from the folder that the scenario is in.
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless a file is named."""
+        if not self.file:
+            raise ParameterError("file", self.file, "must be the path of a recording")
+
+    def in_folder(self, folder: Path) -> "Recording":
+        """Returns the same with its path from wherever the program runs."""
+        return Recording(str((folder / self.file).resolve()))
+
+    def samples(self) -> Any:
+        """Returns `operator_input` at each period from time 0 on (N, SIZE), N >= 2.
+
+        Raises:
+            ParameterError: where the file cannot be read, or holds no recording.
+        """
+        return read_samples(Path(self.file))
+
+
+def write_samples(file: BinaryIO, samples: Any) -> None:
+    """Appends samples (N, SIZE) to an open file, which begins with the header."""
+    file.write(np.ascontiguousarray(samples, dtype="<f8").tobytes())
+
+
+def read_samples(path: Path) -> Any:
+    """Returns the samples (N, SIZE) in a file; what is cut off at its end is left out.
+
+    Raises:
+        ParameterError: where it cannot be read, or holds no recording.
+    """
+    valid = "must be a recorded session"
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        why = f"cannot be read, {error.strerror}; {valid}"
+        raise ParameterError("file", str(path), why) from None
+    if not data.startswith(HEADER):
+        raise ParameterError("file", str(path), valid)
+    row = 8 * SIZE
+    rows = (len(data) - len(HEADER)) // row
+    if rows < 2:
+        raise ParameterError("file", str(path), f"{valid} of one period or more")
+    samples = np.frombuffer(data, "<f8", rows * SIZE, len(HEADER))
+    return samples.reshape(rows, SIZE).astype(float)
+
+
+class RecordedSource(LeafSystem):
+    """Says at each control tick what was said in the recording; then nobody is there.
+
+    .. pydrake_system::
+
+        name: RecordedSource
+        output_ports:
+        - operator_input
+
+    The state is the sample, renewed at each tick, just as in `LiveSource`: between the
+    ticks, too, everyone sees what was seen in the session.
+
+    Args:
+        samples: `operator_input` (N, SIZE), one a period from time 0 on.
+        period: control period [s].
+
+    Raises:
+        ParameterError: where the period is not valid.
+    """
+
+    def __init__(self, samples: Any, period: float) -> None:
+        super().__init__()
+        self.period = checked_period(period)
+        self._samples = np.array(samples, dtype=float)
+        state = self.DeclareDiscreteState(self._at(0))
+        self.DeclareStateOutputPort(signals.OPERATOR_INPUT, state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
+
+    def _at(self, k: int) -> Any:
+        return self._samples[k] if k < len(self._samples) else np.array(NOBODY)
+
+    def _go_on(self, context: Any, state: Any) -> None:
+        # What is said at one tick is seen until the next, and logged there.
+        k = round(context.get_time() / self.period) + 1
+        state.get_mutable_vector().SetFromVector(self._at(k))

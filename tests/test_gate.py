@@ -1,0 +1,461 @@
+"""The gate: only an armed operator's fresh, finite commands in range get past it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+
+from drake_mobman.console.inbox import Inbox, OperatorInput
+from drake_mobman.parameters import ParameterError
+from drake_mobman.teleop.gate import (
+    Arming,
+    CommandGate,
+    Gate,
+    GateState,
+    GateStatus,
+    input_status,
+    next_state,
+)
+from drake_mobman.teleop.guard import Guard, braked
+from drake_mobman.teleop.live import NOBODY, LiveSource, OperatorSample
+
+PERIOD = 1 / 16
+"""A power of two, as are the times below: sums of them carry no rounding."""
+
+GUARD = Guard(max_v_c=0.4, max_omega_c=0.5, max_v_z=0.2, stop_time=0.25)
+GATE = Gate(fresh=0.25, neutral=0.05)
+LARGEST = np.array(GUARD.largest)
+STOP_PERIODS = round(GUARD.stop_time / PERIOD)
+
+REST = OperatorSample(age=0.0)
+HELD = OperatorSample(0.3, -0.4, 0.1, dead_man=1.0, age=0.0)
+
+LATCHED, READY, ARMED = Arming
+OK = GateStatus.OK
+
+
+@pytest.fixture(scope="module")
+def passed(fed, step):
+    """A function that returns what the gate puts out for samples, one a period."""
+
+    def outputs_over_time(samples):
+        block = CommandGate(GATE, GUARD, PERIOD)
+        context = fed(block, operator_input=NOBODY)
+        out, why = [], []
+        for said in samples:
+            block.get_input_port().FixValue(context, np.array(said))
+            out.append(tuple(block.GetOutputPort("ee_command").Eval(context)))
+            why.append(int(block.GetOutputPort("gate_status").Eval(context)[0]))
+            step(block, context)
+        return out, why
+
+    return outputs_over_time
+
+
+# --- The law, by hand ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        (HELD, OK),
+        (HELD._replace(v_c=0.4, omega_c=-0.5, v_z=0.2), OK),
+        (HELD._replace(age=0.25), OK),
+        (HELD._replace(v_c=math.nextafter(0.4, 1)), GateStatus.OVER_RANGE),
+        (HELD._replace(v_z=-1e300), GateStatus.OVER_RANGE),
+        (HELD._replace(omega_c=math.nan), GateStatus.NOT_FINITE),
+        (HELD._replace(v_z=-math.inf), GateStatus.NOT_FINITE),
+        (HELD._replace(age=math.nextafter(0.25, 1)), GateStatus.STALE),
+        (HELD._replace(age=math.inf), GateStatus.STALE),
+        (HELD._replace(age=math.nan), GateStatus.STALE),
+        (HELD._replace(age=-0.1), GateStatus.STALE),
+        (HELD._replace(dead_man=0.0), GateStatus.RELEASED),
+        (HELD._replace(dead_man=math.nan), GateStatus.RELEASED),
+        (HELD._replace(stop=1.0), GateStatus.STOPPED),
+        (HELD._replace(stop=math.nan), GateStatus.STOPPED),
+        # Of several reasons, the gravest.
+        (HELD._replace(stop=1.0, age=9.0, v_c=math.nan), GateStatus.STOPPED),
+        (HELD._replace(age=9.0, v_c=math.nan, dead_man=0.0), GateStatus.STALE),
+        (HELD._replace(v_c=math.nan, omega_c=9.0), GateStatus.NOT_FINITE),
+        (HELD._replace(v_c=9.0, dead_man=0.0), GateStatus.OVER_RANGE),
+        (NOBODY, GateStatus.STALE),
+    ],
+)
+def test_gravest_reason_is_told(said, why):
+    assert input_status(said, GATE, GUARD) == why
+
+
+PUSHED = REST._replace(v_c=0.1)  # The stick is not neutral, the dead-man is let go.
+NEARLY = REST._replace(v_c=0.02, omega_c=-0.025, v_z=0.01)  # The border of neutral.
+NAN = HELD._replace(v_c=math.nan)
+STALE = HELD._replace(age=0.3)
+STOP = HELD._replace(stop=1.0)
+
+
+@pytest.mark.parametrize(
+    ("last", "said", "expected"),
+    [
+        # A press arms only where rest was seen the period before.
+        ((LATCHED, GateStatus.NOT_ARMED), HELD, (LATCHED, GateStatus.NOT_ARMED)),
+        ((LATCHED, GateStatus.NOT_ARMED), REST, (READY, GateStatus.NOT_ARMED)),
+        ((LATCHED, GateStatus.STALE), NEARLY, (READY, GateStatus.STALE)),
+        ((LATCHED, GateStatus.STALE), PUSHED, (LATCHED, GateStatus.STALE)),
+        ((LATCHED, GateStatus.STALE), NOBODY, (LATCHED, GateStatus.STALE)),
+        ((READY, GateStatus.STALE), HELD, (ARMED, OK)),
+        ((READY, GateStatus.STALE), REST, (READY, GateStatus.STALE)),
+        # It lapses as soon as the stick is pushed, or nobody is there any more.
+        ((READY, GateStatus.RELEASED), PUSHED, (LATCHED, GateStatus.RELEASED)),
+        ((READY, GateStatus.RELEASED), NOBODY, (LATCHED, GateStatus.RELEASED)),
+        # A press that does not arm says why.
+        ((READY, GateStatus.RELEASED), NAN, (LATCHED, GateStatus.NOT_FINITE)),
+        ((READY, GateStatus.RELEASED), STALE, (LATCHED, GateStatus.STALE)),
+        # Armed, it stays so until the first reason not to be, and keeps that.
+        ((ARMED, OK), HELD, (ARMED, OK)),
+        ((ARMED, OK), HELD._replace(v_c=0.0), (ARMED, OK)),
+        ((ARMED, OK), REST, (LATCHED, GateStatus.RELEASED)),
+        ((ARMED, OK), NAN, (LATCHED, GateStatus.NOT_FINITE)),
+        ((ARMED, OK), STALE, (LATCHED, GateStatus.STALE)),
+        ((ARMED, OK), STOP, (LATCHED, GateStatus.STOPPED)),
+        ((LATCHED, GateStatus.NOT_FINITE), STALE, (LATCHED, GateStatus.NOT_FINITE)),
+        ((LATCHED, GateStatus.NOT_FINITE), HELD, (LATCHED, GateStatus.NOT_FINITE)),
+        # But a stop is told in any case.
+        ((LATCHED, GateStatus.RELEASED), STOP, (LATCHED, GateStatus.STOPPED)),
+        (
+            (READY, GateStatus.RELEASED),
+            REST._replace(stop=1.0),
+            (LATCHED, GateStatus.STOPPED),
+        ),
+    ],
+)
+def test_state_goes_on_as_worked_out_by_hand(last, said, expected):
+    assert next_state(GateState(*last), said, GATE, GUARD) == expected
+
+
+def test_it_passes_brakes_and_latches_as_worked_out_by_hand(passed):
+    # The largest, 0.4, goes to rest in four periods, by 0.1 each; 0.5 by 0.125.
+    samples = [HELD, REST, HELD, HELD, STALE, HELD, HELD, HELD, REST, HELD]
+    out, why = passed(samples)
+    rest, going = (0.0, 0.0, 0.0), (0.3, -0.4, 0.1)
+    np.testing.assert_allclose(
+        out,
+        [
+            rest,
+            rest,
+            going,
+            going,
+            (0.2, -0.275, 0.05),
+            (0.1, -0.15, 0.0),
+            (0.0, -0.025, 0.0),
+            rest,
+            rest,
+            going,
+        ],
+        rtol=0,
+        atol=1e-15,
+    )
+    unarmed, stale = GateStatus.NOT_ARMED, GateStatus.STALE
+    assert why == [unarmed, unarmed, OK, OK, *[stale] * 5, OK]
+
+
+def test_what_is_out_of_the_gate_is_the_command_bit_for_bit(passed):
+    odd = HELD._replace(v_c=0.1 + 0.2, omega_c=-5e-324, v_z=-0.0)
+    out, _ = passed([REST, odd])
+    assert np.array(out[-1]).tobytes() == np.array(odd.command).tobytes()
+
+
+def test_guards_own_status_tells_of_the_command_as_it_comes(fed, outputs):
+    block = CommandGate(GATE, GUARD, PERIOD)
+    for said, why in ((HELD, 0), (NAN, 1), (HELD._replace(v_c=9.0), 2)):
+        out = outputs(block, fed(block, operator_input=said))
+        assert out["guard_status"] == [why]
+        assert out["gate_status"] == [GateStatus.NOT_ARMED]
+
+
+# --- Whatever the link does ----------------------------------------------------------
+
+COMPONENTS = st.one_of(
+    st.sampled_from([0.0, 0.2, -0.2, 0.01, math.nan, math.inf, -math.inf, 1e308]),
+    st.floats(-0.6, 0.6),
+)
+
+
+class Link(RuleBasedStateMachine):
+    """An operator at one end of a link that does its worst, the gate at the other."""
+
+    @initialize()
+    def start(self):
+        self.now = 0.0
+        self.inbox = Inbox(late=GATE.fresh, clock=lambda: self.now)
+        self.block = CommandGate(GATE, GUARD, PERIOD)
+        self.context = self.block.CreateDefaultContext()
+        self.block.get_input_port().FixValue(self.context, np.array(NOBODY))
+        self.sequence = 0
+        self.last = None  # Message that counts.
+        self.handed_over = False
+        self.under_way = []  # Messages sent, and not delivered yet.
+        self.sent = {}  # When, by command; a NaN is itself only by identity.
+        self.said = []  # Samples at each tick.
+        self.out = [(0.0, 0.0, 0.0)]  # What passed at each tick, from before the first.
+        self.why = []
+
+    def send(self, command, dead_man):
+        self.sequence += 1
+        self.sent[self.sequence] = self.now
+        # The operator's clock is ahead by an hour.
+        message = OperatorInput(self.sequence, *command, dead_man, self.now + 3600.0)
+        self.under_way.append(message)
+
+    def deliver(self, index=-1):
+        message = self.under_way.pop(index)
+        if self.inbox.tell(message):
+            # Never an old word after a newer one, nor a late one.
+            assert self.last is None or message.sequence > self.last.sequence
+            self.last = message
+
+    def tick(self):
+        said = self.inbox.sample()
+        port = self.block.get_input_port()
+        port.FixValue(self.context, np.array(said))
+        self.said.append(said)
+        get = self.block.GetOutputPort
+        self.out.append(tuple(get("ee_command").Eval(self.context)))
+        self.why.append(GateStatus(int(get("gate_status").Eval(self.context)[0])))
+        after = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
+        self.context.SetDiscreteState(after.value().copy())
+        self.check_last_tick()
+        if self.handed_over:
+            assert self.why[-1] != OK
+            self.handed_over = False
+        self.now += PERIOD
+
+    @rule(
+        command=st.tuples(COMPONENTS, COMPONENTS, COMPONENTS),
+        dead_man=st.booleans(),
+        ticks=st.integers(0, 3),
+    )
+    def say(self, command, dead_man, ticks):
+        self.send(command, dead_man)
+        self.deliver()
+        self.wait(ticks)
+
+    @rule(command=st.tuples(COMPONENTS, COMPONENTS, COMPONENTS), dead=st.booleans())
+    def say_into_a_slow_link(self, command, dead):
+        self.send(command, dead)
+
+    @rule(data=st.data())
+    def deliver_late_or_out_of_order(self, data):
+        if self.under_way:
+            self.deliver(data.draw(st.integers(0, len(self.under_way) - 1)))
+
+    @rule(data=st.data())
+    def drop(self, data):
+        if self.under_way:
+            self.under_way.pop(data.draw(st.integers(0, len(self.under_way) - 1)))
+
+    @rule(ticks=st.integers(1, 8))
+    def wait(self, ticks):
+        for _ in range(ticks):
+            self.tick()
+
+    @rule()
+    def anyone_stops(self):
+        self.inbox.stop()
+        self.tick()
+        assert self.why[-1] == GateStatus.STOPPED
+
+    @rule()
+    def hand_over(self):
+        self.inbox.forget()
+        self.sequence, self.last = 0, None
+        self.under_way.clear()
+        self.handed_over = True
+
+    @rule(command=st.tuples(st.floats(-0.4, 0.4), st.floats(-0.5, 0.5)))
+    def let_go_and_press(self, command):
+        for dead_man in (False, True):
+            self.send((*(c * dead_man for c in command), 0.0), dead_man)
+            self.deliver()
+            self.wait(2)
+        assert self.why[-1] == OK
+        assert self.out[-1] == (*command, 0.0)
+
+    def check_last_tick(self):
+        before, now = self.out[-2:]
+        passes = self.armed()
+        assert (self.why[-1] == OK) == passes
+        if not passes:
+            assert now == tuple(braked(before, GUARD, PERIOD))
+            return
+        # No command that is not armed, fresh, finite and in range ever passes.
+        command = self.last.v_c, self.last.omega_c, self.last.v_z
+        assert self.last.dead_man
+        assert now == command
+        assert np.isfinite(command).all()
+        assert (np.abs(command) <= LARGEST).all()
+        # The drift that the inbox allows the clocks is far below a period here.
+        age = self.now - self.sent[self.last.sequence]
+        assert age < GATE.fresh + PERIOD
+
+    def armed(self):
+        """Returns whether a rest, then a press, and nothing wrong since, was said."""
+        k = len(self.said) - 1
+        while k >= 0 and self.is_good(self.said[k]):
+            k -= 1
+        # Before the good ones there must have been a rest.
+        return 0 <= k < len(self.said) - 1 and self.is_rest(self.said[k])
+
+    @staticmethod
+    def is_good(said):
+        return bool(
+            said.dead_man == 1
+            and said.stop == 0
+            and said.age <= 0.25
+            and np.isfinite(said.command).all()
+            and (np.abs(said.command) <= LARGEST).all()
+        )
+
+    @staticmethod
+    def is_rest(said):
+        return bool(
+            said.dead_man == 0
+            and said.stop == 0
+            and said.age <= 0.25
+            and (np.abs(said.command) <= 0.05 * LARGEST).all()
+        )
+
+    @invariant()
+    def is_at_rest_a_stop_time_after_the_last_command_passed(self):
+        stopped = STOP_PERIODS + 1  # One more takes what rounding leaves.
+        if len(self.why) >= stopped and OK not in self.why[-stopped:]:
+            assert self.out[-1] == (0.0, 0.0, 0.0)
+
+
+TestLink = Link.TestCase
+TestLink.settings = settings(max_examples=200, stateful_step_count=40)
+
+
+@given(
+    said=st.lists(
+        st.builds(OperatorSample, *[st.floats(allow_nan=True)] * 3, *[st.floats()] * 3),
+        max_size=20,
+    )
+)
+def test_whatever_comes_what_passes_is_finite_and_in_range(passed, said):
+    out, _ = passed([REST, HELD, *said])
+    assert np.isfinite(out).all()
+    assert (np.abs(out) <= LARGEST).all()
+
+
+# --- The blocks ----------------------------------------------------------------------
+
+
+def test_ports_are_those_of_the_contract():
+    block = CommandGate(Gate(), Guard(), PERIOD)
+    assert block.num_input_ports() == 1
+    assert block.GetInputPort("operator_input").size() == 7
+    sizes = {"ee_command": 3, "guard_status": 1, "gate_status": 1, "gate_arming": 1}
+    assert block.num_output_ports() == len(sizes)
+    for name, size in sizes.items():
+        assert block.GetOutputPort(name).size() == size
+
+
+def test_two_contexts_do_not_disturb_each_other(fed, outputs, step):
+    block = CommandGate(GATE, GUARD, PERIOD)
+    first, second = (fed(block, operator_input=REST) for _ in range(2))
+    step(block, first)
+    for context in (first, second):
+        block.get_input_port().FixValue(context, np.array(HELD))
+    assert outputs(block, first)["gate_status"] == [OK]
+    assert outputs(block, second)["gate_status"] == [GateStatus.NOT_ARMED]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("fresh", 0.0), ("fresh", math.inf), ("neutral", -0.1), ("neutral", 1.0)],
+)
+def test_parameters_that_guard_nothing_are_refused(key, value):
+    with pytest.raises(ParameterError, match=f"^{key}: "):
+        CommandGate(Gate(**{key: value}), GUARD, PERIOD)
+
+
+def test_a_source_that_is_not_fed_is_an_operator_who_is_not_there(fed, outputs, step):
+    block = LiveSource(PERIOD)
+    context = block.CreateDefaultContext()
+    assert tuple(outputs(block, context)["operator_input"]) == NOBODY
+    step(block, context)
+    assert tuple(outputs(block, context)["operator_input"]) == NOBODY
+    context = fed(block, operator_input=HELD)
+    step(block, context)
+    assert tuple(outputs(block, context)["operator_input"]) == HELD
+
+
+# --- The inbox -----------------------------------------------------------------------
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+def test_age_is_counted_from_when_it_was_said_not_from_when_it_came(clock):
+    inbox = Inbox(late=0.25, clock=clock)
+    inbox.tell(OperatorInput(1, sent=50.0))
+    clock.now = 0.5
+    inbox.tell(OperatorInput(2, v_c=0.1, sent=50.3))  # Said at 0.3.
+    clock.now = 0.625
+    assert inbox.sample().age == pytest.approx(0.325, abs=1e-3)
+
+
+def test_what_comes_late_or_out_of_order_or_twice_is_dropped(clock):
+    inbox = Inbox(late=0.25, clock=clock)
+    assert inbox.tell(OperatorInput(5, v_c=0.1, sent=50.0))
+    assert not inbox.tell(OperatorInput(5, v_c=0.2, sent=50.0))
+    assert not inbox.tell(OperatorInput(4, v_c=0.2, sent=50.0))
+    clock.now = 600.0  # The link was dead for ten minutes, and delivers what it kept.
+    assert not inbox.tell(OperatorInput(6, v_c=0.2, sent=50.03))
+    assert not inbox.tell(OperatorInput(7, v_c=0.2, sent=math.nan))
+    assert inbox.sample().v_c == 0.1
+    assert inbox.sample().age == 600.0
+    assert inbox.tell(OperatorInput(8, v_c=0.3, sent=650.0))
+    assert inbox.sample().v_c == 0.3
+    assert inbox.dropped == 4
+
+
+@pytest.mark.parametrize("rate", [1 - 1e-4, 1 + 1e-4])
+def test_clocks_that_drift_apart_make_nothing_late(clock, rate):
+    inbox = Inbox(late=0.25, clock=clock)
+    for k in range(36_000):  # An hour.
+        clock.now = k / 10
+        assert inbox.tell(OperatorInput(k, sent=k / 10 * rate))
+        assert inbox.sample().age < 1e-3
+
+
+def test_stop_is_told_once_and_an_operator_forgotten_is_nobody(clock):
+    inbox = Inbox(clock=clock)
+    inbox.choose(2)
+    inbox.tell(OperatorInput(9, v_c=0.1, dead_man=True))
+    inbox.stop()
+    assert inbox.sample() == OperatorSample(0.1, dead_man=1, age=0, stop=1, choice=2)
+    assert inbox.sample().stop == 0
+    inbox.forget()
+    assert inbox.sample() == NOBODY._replace(choice=2)
+    assert inbox.tell(OperatorInput(1))  # Another counts from where he likes.
+
+
+def test_a_change_of_operators_shows_however_quick_it_is(clock):
+    inbox = Inbox(clock=clock)
+    inbox.tell(OperatorInput(9, dead_man=True))
+    inbox.forget()
+    inbox.tell(OperatorInput(1, dead_man=True))
+    assert inbox.sample() == NOBODY
+    assert inbox.sample().dead_man == 1

@@ -1,0 +1,215 @@
+"""A session played back: to the bit, from a file that may be cut off anywhere."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+from drake_mobman.diagrams import make_diagram
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import VectorLogSink
+
+from drake_mobman.console.choices import live
+from drake_mobman.parameters import ParameterError
+from drake_mobman.runs.log import read_log
+from drake_mobman.runs.scenario import ScenarioError, load_scenario
+from drake_mobman.runs.schema import dump_typed
+from drake_mobman.runs.simulate import simulate
+from drake_mobman.teleop.live import NOBODY, SIZE, LiveSource
+from drake_mobman.teleop.recorded import (
+    COMMANDS,
+    HEADER,
+    RecordedSource,
+    Recording,
+    read_samples,
+    write_samples,
+)
+
+PERIOD = 0.01
+
+
+def record(folder, samples):
+    """Writes samples as a session does, and returns the file."""
+    file = folder / COMMANDS
+    with file.open("wb") as out:
+        out.write(HEADER)
+        write_samples(out, samples)
+    return file
+
+
+def anything(rows, seed=0):
+    """Returns samples (rows, SIZE) with all that a device may say."""
+    rng = np.random.default_rng(seed)
+    samples = rng.normal(size=(rows, SIZE))
+    odd = [np.nan, -np.nan, np.inf, -np.inf, -0.0, 5e-324, 1e308]
+    spots = rng.random(samples.shape) < 0.2
+    samples[spots] = rng.choice(odd, spots.sum())
+    return samples
+
+
+# --- The file ------------------------------------------------------------------------
+
+
+def test_samples_come_back_bit_for_bit(tmp_path):
+    samples = anything(50)
+    assert read_samples(record(tmp_path, samples)).tobytes() == samples.tobytes()
+
+
+def test_samples_may_be_appended_a_few_at_a_time(tmp_path):
+    samples = anything(50)
+    file = record(tmp_path, samples[:10])
+    for some in np.split(samples[10:], 8):
+        with file.open("ab") as out:
+            write_samples(out, some)
+    assert read_samples(file).tobytes() == samples.tobytes()
+
+
+@pytest.mark.parametrize("cut", [1, 8, 8 * SIZE - 1])
+def test_a_file_that_is_cut_off_is_read_as_far_as_it_is_whole(tmp_path, cut):
+    samples = anything(5)
+    file = record(tmp_path, samples)
+    file.write_bytes(file.read_bytes()[:-cut])
+    assert read_samples(file).tobytes() == samples[:4].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        (None, "cannot be read, No such file or directory; must be a recorded session"),
+        (b"", "must be a recorded session"),
+        (b"PK\x03\x04", "must be a recorded session"),
+        (HEADER, "must be a recorded session of one period or more"),
+        (HEADER + bytes(8 * SIZE), "must be a recorded session of one period or more"),
+    ],
+)
+def test_what_is_no_recording_is_refused(tmp_path, data, why):
+    file = tmp_path / COMMANDS
+    if data is not None:
+        file.write_bytes(data)
+    with pytest.raises(ParameterError) as error:
+        read_samples(file)
+    assert str(error.value).startswith("file: ")
+    assert error.value.valid == why
+
+
+# --- The block -----------------------------------------------------------------------
+
+
+def test_played_back_it_says_at_every_time_what_was_said_live():
+    # Not at the ticks alone: a plant of shorter steps looks between them.
+    said = anything(20)
+    builder = DiagramBuilder()
+    source = builder.AddSystem(LiveSource(PERIOD))
+    builder.ExportInput(source.get_input_port(), "operator_input")
+    fine = builder.AddSystem(VectorLogSink(SIZE, PERIOD / 4))
+    builder.Connect(source.get_output_port(), fine.get_input_port())
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    for k, sample in enumerate(said):
+        diagram.get_input_port().FixValue(context, sample)
+        simulator.AdvanceTo((k + 1) * PERIOD)
+    live_log = fine.FindLog(context)
+    at_ticks = live_log.data().T[::4]
+    np.testing.assert_array_equal(at_ticks[0], NOBODY)
+    np.testing.assert_array_equal(at_ticks[1:], said)
+
+    builder = DiagramBuilder()
+    source = builder.AddSystem(RecordedSource(at_ticks, PERIOD))
+    again = builder.AddSystem(VectorLogSink(SIZE, PERIOD / 4))
+    builder.Connect(source.get_output_port(), again.get_input_port())
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(20 * PERIOD)
+    log = again.FindLog(simulator.get_context())
+    assert log.data().tobytes() == live_log.data().tobytes()
+    simulator.AdvanceTo(21.5 * PERIOD)
+    log = again.FindLog(simulator.get_context())
+    np.testing.assert_array_equal(log.data()[:, -1], NOBODY)
+
+
+# --- In a scenario -------------------------------------------------------------------
+
+
+def written(folder, scenario, samples, **changes):
+    """Writes a scenario that plays back samples, and returns its path."""
+    record(folder, samples)
+    played = dc.replace(scenario, source=Recording(), **changes)
+    path = folder / "scenario.yaml"
+    path.write_text(dump_typed(played))
+    return str(path)
+
+
+def operated(rng, ticks, choices):
+    """Returns samples of someone who drives, lets go, falls silent and makes errors."""
+    samples = []
+    while len(samples) < ticks:
+        for held in (0.0, 1.0):
+            command = rng.uniform(-0.4, 0.4, 3) * held
+            choice = float(rng.integers(0, choices))
+            n = int(rng.integers(3, 60) if held else rng.integers(1, 15))
+            for _ in range(n):
+                command = np.clip(command + rng.normal(0, 0.01, 3) * held, -0.4, 0.4)
+                age = rng.uniform(0.0, 0.26 if rng.random() < 0.03 else 0.1)
+                stop = float(rng.random() < 0.005)
+                samples.append([*command, held, age, stop, choice])
+        if rng.random() < 0.3:
+            samples[-1][int(rng.integers(0, 3))] = rng.choice([np.nan, np.inf, 9.0])
+    return np.array(samples[:ticks])
+
+
+@pytest.mark.parametrize(
+    "name", ["kwon_arbitrary", "kwon_spatial", "petric_teleop", "petric_guided"]
+)
+def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
+    scenario = live(load_scenario(name)[1])
+    diagram = make_diagram(scenario)
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    rng = np.random.default_rng(3)
+    said = operated(rng, 300, len(scenario.controllers))
+    for k, sample in enumerate(said):
+        diagram.GetInputPort("operator_input").FixValue(context, sample)
+        simulator.AdvanceTo((k + 1) * scenario.period)
+    log = read_log(diagram, context)
+    # There is something to play back: it moved, for more reasons than one it did not.
+    assert np.abs(log["arm_velocity"]).max() > 0.05
+    assert len(np.unique(log["gate_status"])) > 3
+    assert len(np.unique(log["handover"][:, 1])) > 1
+
+    path = written(tmp_path, scenario, log["operator_input"])
+    run = simulate(load_scenario(path)[1])
+    assert run.died == ""
+    assert run.log.keys() == log.keys()
+    for signal, values in log.items():
+        assert run.log[signal].tobytes() == values.tobytes(), signal
+
+
+def test_recording_is_found_beside_its_scenario(tmp_path, monkeypatch):
+    (tmp_path / "session").mkdir()
+    kwon = load_scenario("kwon_1")[1]
+    path = written(tmp_path / "session", kwon, anything(5), duration=90.0)
+    monkeypatch.chdir(tmp_path / "session")
+    name, scenario = load_scenario("scenario.yaml")
+    monkeypatch.chdir("/")
+    assert scenario.source.samples().shape == (5, SIZE)
+    assert name == "session"
+    assert load_scenario(path)[1] == scenario
+
+
+def test_run_lasts_as_long_as_the_recording_or_shorter_if_asked(tmp_path):
+    path = written(tmp_path, load_scenario("kwon_1")[1], anything(5), duration=90.0)
+    assert load_scenario(path)[1].duration == 4 * PERIOD
+    assert load_scenario(path, ["duration=0.02"])[1].duration == 0.02
+
+
+def test_scenario_without_its_recording_is_refused_in_a_line(tmp_path):
+    path = written(tmp_path, load_scenario("kwon_1")[1], anything(5))
+    (tmp_path / COMMANDS).unlink()
+    with pytest.raises(ScenarioError, match=r"^scenario.yaml: source\.file: .*No such"):
+        load_scenario(path)
+
+
+def test_operator_who_is_not_there_moves_nothing():
+    log = simulate(load_scenario("kwon_1", ["source=operator", "duration=0.5"])[1]).log
+    assert not log["ee_command"].any()
+    assert len(log["time"]) == 51
