@@ -4,12 +4,13 @@ Nothing of Drake is imported until a command needs it: `mobman --help` is quick.
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -69,23 +70,9 @@ def run(
     scene: Annotated[bool, typer.Option("--scene", help="Write the 3D scene.")] = False,
 ) -> None:
     """Simulates scenarios headless, and writes a run folder for each."""
-    from drake_mobman.runs.run_folder import FolderError, check_writable
-    from drake_mobman.runs.scenario import External, ScenarioError, load_scenario
+    from drake_mobman.runs.run_folder import RUN
 
-    # All of it is looked through before any of it runs.
-    loaded: dict[str, Any] = {}
-    try:
-        for given in scenarios:
-            name, scenario = load_scenario(given, set_)
-            if name in loaded:
-                refuse(f"{given}: {name} is given twice; each goes to its own folder")
-            if isinstance(getattr(scenario, "source", None), External):
-                refuse(f"{given}: source: !External is fed by a program, not by run")
-            check_writable(out / name)
-            loaded[name] = scenario
-    except (ScenarioError, FolderError) as error:
-        refuse(error)
-
+    loaded = load_all(scenarios, set_, out, RUN)
     results: dict[str, Any] = {}
     status = 0
     for name, scenario in loaded.items():
@@ -99,6 +86,44 @@ def run(
         print_metrics(results)
         console.print(f"written to {out}", highlight=False, markup=False)
     raise typer.Exit(status)
+
+
+def load_all(
+    scenarios: list[str], overrides: list[str], out: Path, ours: tuple[str, ...]
+) -> dict[str, Any]:
+    """Returns the scenarios by name, or refuses: all is looked through before a run.
+
+    Each gets its own folder in `out`, which is new or holds nothing but `ours`.
+    """
+    from drake_mobman.runs.run_folder import FolderError, check_writable
+
+    loaded: dict[str, Any] = {}
+    for given in scenarios:
+        name, scenario = load_runnable(given, overrides)
+        if name in loaded:
+            refuse(f"{given}: {name} is given twice; each goes to its own folder")
+        try:
+            check_writable(out / name, ours)
+        except FolderError as error:
+            refuse(error)
+        loaded[name] = scenario
+    return loaded
+
+
+def load_runnable(given: str, overrides: list[str]) -> tuple[str, Any]:
+    """Returns a scenario's name, and the scenario, or refuses."""
+    from drake_mobman.runs.scenario import External, ScenarioError, load_scenario
+    from drake_mobman.teleop.live import Operator
+
+    try:
+        name, scenario = load_scenario(given, overrides)
+    except ScenarioError as error:
+        refuse(error)
+    source = getattr(scenario, "source", None)
+    if isinstance(source, External | Operator):
+        kind = type(source).__name__
+        refuse(f"{given}: source: !{kind} is fed by a program, not from here")
+    return name, scenario
 
 
 def run_one(
@@ -137,6 +162,199 @@ def run_one(
         complain(f"{folder}: not written: {error}")
         return None, DIED
     return numbers, status
+
+
+@app.command()
+def compare(
+    scenarios: Scenarios,
+    decomposers: Annotated[
+        str, typer.Option(metavar="NAME,...", help="As `--set decomposer=` takes them.")
+    ],
+    out: Annotated[Path, typer.Option(help="Where the comparisons go.")] = Path(
+        "comparison"
+    ),
+    set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
+) -> None:
+    """Runs scenarios with each of some decomposers, and writes what they make of it."""
+    from drake_mobman.parameters import ParameterError
+    from drake_mobman.runs.compare import chosen_decomposers, with_each
+    from drake_mobman.runs.run_folder import COMPARISON
+    from drake_mobman.runs.scenario import ScenarioError
+
+    try:
+        chosen = chosen_decomposers(decomposers.split(","))
+    except ParameterError as error:
+        refuse(error)
+    loaded = load_all(scenarios, set_, out, COMPARISON)
+    for name, scenario in loaded.items():
+        try:
+            with_each(scenario, chosen)
+        except ScenarioError as error:
+            refuse(f"{name}: {error}")
+
+    status = 0
+    for name, scenario in loaded.items():
+        ended = compare_one(name, scenario, chosen, out / name)
+        status = status or ended
+        if ended == INTERRUPTED:
+            break
+    raise typer.Exit(status)
+
+
+def compare_one(
+    name: str, scenario: Any, decomposers: dict[str, type], folder: Path
+) -> int:
+    """Compares decomposers on a scenario into a folder; returns an exit status."""
+    from drake_mobman.runs.compare import compared, write_comparison
+    from drake_mobman.runs.run_folder import COMPARISON, new_folder
+    from drake_mobman.runs.simulate import simulate
+
+    def simulated(decomposer: str, variant: Any) -> Any:
+        title = f"{name}, {decomposer}"
+        with progress_bar(title, variant.duration) as progress:
+            result = simulate(variant, progress=progress)
+        if result.died and not result.interrupted:
+            complain(f"{title}: {result.died}")
+        return result
+
+    try:
+        with new_folder(folder, COMPARISON) as draft:
+            comparison = compared(scenario, decomposers, simulated)
+            write_comparison(comparison, name, draft)
+    except OSError as error:
+        complain(f"{folder}: not written: {error}")
+        return DIED
+    except KeyboardInterrupt:
+        complain(f"{folder}: interrupted, not written")
+        return INTERRUPTED
+    print_metrics(comparison.metrics, title=name)
+    console.print(f"written to {folder}", highlight=False, markup=False, soft_wrap=True)
+    return DIED if any(run.died for run in comparison.runs.values()) else 0
+
+
+@app.command()
+def bench(
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="Whose ticks are timed.")
+    ] = "kwon_arbitrary",
+    out: Annotated[
+        Path | None, typer.Option(help="A .json file for the numbers.")
+    ] = None,
+    turns: Annotated[int, typer.Option(min=1, help="Over which all is spread.")] = 20,
+    set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
+) -> None:
+    """Times a tick of each decomposer beside optimisers, and whole runs."""
+    import json
+
+    from drake_mobman.runs.bench import bench as timed
+    from drake_mobman.runs.bench import report
+    from drake_mobman.runs.compare import with_each
+    from drake_mobman.runs.run_folder import FolderError, new_file
+    from drake_mobman.runs.scenario import ScenarioError
+    from drake_mobman.runs.simulate import simulate
+
+    name, loaded = load_runnable(scenario, set_)
+    try:
+        with_each(loaded, {})
+    except ScenarioError as error:
+        refuse(f"{name}: {error}")
+    if out and out.suffix != ".json":
+        refuse(f"{out}: must end in .json")
+    try:
+        with new_file(out) if out else nullcontext() as draft:
+            recorded = simulate(loaded)
+            if recorded.died:
+                complain(f"{name}: {recorded.died}; nothing is timed")
+                raise typer.Exit(INTERRUPTED if recorded.interrupted else DIED)
+            with errors.status("") as status:
+                content = timed(loaded, recorded, turns, status.update)
+            console.print(
+                report(content, name), soft_wrap=True, highlight=False, markup=False
+            )
+            if draft:
+                text = json.dumps({"scenario": name} | content, indent=2)
+                draft.write_text(text + "\n")
+    except FolderError as error:
+        refuse(error)
+    except OSError as error:
+        complain(f"{out}: not written: {error}")
+        raise typer.Exit(DIED) from None
+    except KeyboardInterrupt:
+        complain("interrupted")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@app.command()
+def drive(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO")],
+    record: Annotated[
+        Path | None, typer.Option(help="A folder to record to, from the start.")
+    ] = None,
+    host: Annotated[
+        str, typer.Option(help="Where the page is served; others than this machine's.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="The same; 0 for any that is free.")
+    ] = 8080,
+    set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
+    plain: Annotated[
+        bool, typer.Option("--plain", help="Drive from Meshcat's own panel.")
+    ] = False,
+) -> None:
+    """Simulates a scenario in real time, to be driven from a page in the browser."""
+    from importlib.util import find_spec
+
+    from drake_mobman.console.session import LiveSession
+    from drake_mobman.parameters import ParameterError
+    from drake_mobman.runs.run_folder import FolderError
+    from drake_mobman.runs.scenario import ScenarioError, load_scenario
+
+    if not plain and not find_spec("nicegui"):
+        refuse(
+            "the page needs NiceGUI: pip install 'drake_mobman[console]'; "
+            "or drive with --plain"
+        )
+    try:
+        name, loaded = load_scenario(scenario, set_)
+        session = LiveSession(loaded, record)
+    except (ScenarioError, FolderError) as error:
+        refuse(error)
+    except ParameterError as error:
+        refuse(f"{scenario}: {error}")
+    try:
+        with session:
+            drive_until_interrupted(name, session, host, port, plain)
+    except KeyboardInterrupt:
+        pass  # As one ends it.
+    if session.snapshot().problem:
+        complain(session.snapshot().problem)
+        raise typer.Exit(DIED)
+
+
+def drive_until_interrupted(
+    name: str, session: Any, host: str, port: int, plain: bool
+) -> None:
+    """Serves a session until Ctrl-C, or refuses where it cannot be served."""
+    if plain:
+        from drake_mobman.console.plain import Panel
+
+        panel = Panel(session)
+        console.print(f"drive {name} at {panel.url}; Ctrl-C ends it", highlight=False)
+        panel.run()
+        return
+    from drake_mobman.console.server import Server
+
+    try:
+        server = Server(name, session, host, port)
+    except OSError as error:
+        refuse(f"cannot serve at {host}, port {port}: {error.strerror}")
+    console.print(
+        f"drive {name} at {server.address}; Ctrl-C ends it",
+        highlight=False,
+        markup=False,
+        soft_wrap=True,
+    )
+    server.run()
 
 
 @app.command()
@@ -201,46 +419,30 @@ def progress_bar(name: str, duration: float) -> Iterator[Any]:
         yield lambda time: progress.update(task, completed=time)
 
 
-def print_metrics(results: dict[str, Any]) -> None:
-    """Prints metrics, a row each and a column for each scenario.
+def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
+    """Prints metrics, a row each and a column for each scenario or decomposer.
 
     In as many tables as it takes, that none be wider than the console.
     """
-    flat = {name: dict(_flat(numbers)) for name, numbers in results.items()}
-    keys = dict.fromkeys(key for numbers in flat.values() for key in numbers)
-    rows = [key for key in keys if not key.startswith("versions")]
-    room = console.width - max(map(len, rows), default=0) - 4
+    from drake_mobman.runs.compare import shown, table_of
+
+    room = console.width - max(map(len, table_of(results)), default=0) - 4
     tables: list[list[str]] = [[]]
-    for name in flat:
+    for name in results:
         used = sum(_column(other) for other in tables[-1])
         if tables[-1] and used + _column(name) > room:
             tables.append([])
         tables[-1].append(name)
     for names in tables:
-        table = Table("metric", *names)
-        for key in rows:
-            if any(key in flat[name] for name in names):
-                table.add_row(key, *(_shown(flat[name].get(key)) for name in names))
+        table = Table("metric", *names, title=title)
+        for key, row in table_of({name: results[name] for name in names}).items():
+            table.add_row(key, *(escape(shown(value)) for value in row.values()))
         console.print(table)
 
 
 def _column(name: str) -> int:
-    """Returns how wide a scenario's column is, borders included."""
+    """Returns how wide a column of metrics is, borders included."""
     return max(len(name), len("1.234e-05")) + 3
-
-
-def _flat(numbers: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in numbers.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def main() -> None:

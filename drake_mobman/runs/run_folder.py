@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -22,20 +23,27 @@ RUN = ("scenario.yaml", "log.npz", "metrics.json", "figures", "scene.html")
 FIELD = ("field_*.png",)
 """The same of a folder of a field's figures."""
 
+COMPARISON = ("scenario.yaml", "comparison.md", "comparison.json", "comparison.png")
+"""The same of a folder of a scenario's comparison."""
+
 
 class FolderError(OSError):
     """A folder that cannot take a run; the message is one line."""
 
 
-def check_writable(folder: Path) -> None:
+def check_writable(folder: Path, ours: Sequence[str] = RUN) -> None:
     """Finds out, before a run, whether `new_folder` will do; leaves nothing behind.
 
+    Args:
+        folder: to be made or replaced.
+        ours: patterns of what may be in it and be replaced.
+
     Raises:
-        FolderError: if `folder` cannot be made, or holds something other than a run.
+        FolderError: if `folder` cannot be made, or holds something else.
     """
     missing = [p for p in folder.parents if not p.exists()]
     try:
-        shutil.rmtree(_draft(folder, RUN))
+        shutil.rmtree(_draft(folder, ours))
     finally:
         for parent in missing:
             if parent.is_dir():
@@ -70,6 +78,31 @@ def new_folder(folder: Path, ours: Sequence[str] = RUN) -> Iterator[Path]:
         raise
 
 
+@contextmanager
+def new_file(file: Path) -> Iterator[Path]:
+    """Gives a file to write to, which takes the place of `file` at the end.
+
+    Raises:
+        FolderError: if `file` cannot be made.
+    """
+    if file.is_dir():
+        raise FolderError(f"{file}: cannot be written, it is a folder")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{file.name}.", dir=file.parent)
+    except OSError as error:
+        raise FolderError(f"{file}: cannot be written, {error.strerror}") from None
+    os.close(handle)
+    draft = Path(name)
+    try:
+        draft.chmod(0o644)
+        yield draft
+        draft.replace(file)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+
+
 def write_run(run: Run, folder: Path) -> dict[str, Any]:
     """Writes a run's scenario, log and metrics to `folder`; returns the metrics.
 
@@ -78,7 +111,7 @@ def write_run(run: Run, folder: Path) -> dict[str, Any]:
     """
     (folder / "scenario.yaml").write_text(dump_typed(run.scenario))
     np.savez_compressed(folder / "log.npz", **run.log)  # type: ignore[arg-type]
-    numbers = _finite(metrics(run))
+    numbers = finite(metrics(run))
     text = json.dumps(numbers, indent=2, allow_nan=False)
     (folder / "metrics.json").write_text(text + "\n")
     return numbers
@@ -89,6 +122,15 @@ def write_figures(run: Run, folder: Path) -> None:
     (folder / "figures").mkdir()
     for name, figure in draw_figures(run):
         figure.savefig(folder / "figures" / f"{name}.png")
+
+
+def finite(numbers: Any) -> Any:
+    """Returns metrics with None for what is not finite, which JSON has no word for."""
+    if isinstance(numbers, dict):
+        return {key: finite(value) for key, value in numbers.items()}
+    if isinstance(numbers, float) and not math.isfinite(numbers):
+        return None
+    return numbers
 
 
 def _draft(folder: Path, ours: Sequence[str]) -> Path:
@@ -120,12 +162,3 @@ def _check_is_ours(folder: Path, ours: Sequence[str]) -> None:
 
 def _refusal(folder: Path, why: str) -> str:
     return f"{folder}: cannot be written, {why}; must be new, or of an earlier run"
-
-
-def _finite(numbers: Any) -> Any:
-    """Returns metrics with None for what is not finite, which JSON has no word for."""
-    if isinstance(numbers, dict):
-        return {key: _finite(value) for key, value in numbers.items()}
-    if isinstance(numbers, float) and not math.isfinite(numbers):
-        return None
-    return numbers
