@@ -85,17 +85,19 @@ def make_arm_inverse(scenario: Teleop, model: RobotModel) -> Any:
 
 def add_guarded(builder: DiagramBuilder, scenario: Teleop) -> Ports:
     """Adds a source without an operator, and the guard; returns their outputs."""
-    guard = builder.AddNamedSystem(
-        "guard", CommandGuard(scenario.guard, scenario.period)
-    )
-    ports = outputs([guard])
+    guard = CommandGuard(scenario.guard, scenario.period)
     if isinstance(scenario.source, Script):
+        # A script is finite throughout; a program need not be, and what is compiled
+        # would end the simulation.
+        guard = builder.AddNamedSystem("guard", as_wanted(scenario)(guard))
+        ports = outputs([guard])
         source = builder.AddNamedSystem("source", ScriptedSource(scenario.source))
         builder.Connect(source.get_output_port(), guard.get_input_port())
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
-    else:
-        builder.ExportInput(guard.get_input_port(), signals.EE_COMMAND)
-    return ports
+        return ports
+    builder.AddNamedSystem("guard", guard)
+    builder.ExportInput(guard.get_input_port(), signals.EE_COMMAND)
+    return outputs([guard])
 
 
 def make_teleop_diagram(

@@ -3,6 +3,7 @@
 import pytest
 
 from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.switching import Switching
 from drake_mobman.runs.scenario import (
     Guided,
@@ -28,7 +29,10 @@ def test_defaults_are_those_of_table_1():
     assert (limits.l_min, limits.l_max) == (0.4, 1.6)
     assert (limits.psi_min, limits.psi_max) == (-0.7, 0.7)
     assert (scenario.guard.max_v_c, scenario.guard.max_omega_c) == (0.4, 0.4)
-    assert scenario.decomposer == Blending(alpha=21.0, beta=21.0)
+    assert scenario.decomposer == Exact()
+    for number in "1234":
+        scenario = load_scenario(f"kwon_{number}")[1]
+        assert scenario.decomposer == Blending(alpha=21.0, beta=21.0)
 
 
 @pytest.mark.parametrize(
@@ -92,8 +96,8 @@ def test_override_takes_whole_lists_of_tagged_members():
     [
         ("durration=1", "durration: 1 is not valid; valid keys are: description, "),
         ("decomposer.gamma=1", "decomposer.gamma: 1 is not valid; valid keys are: al"),
-        ("decomposer=!Blend", "decomposer: '!Blend' is not valid; must be one of !B"),
-        ("decomposer=[1]", "decomposer: [1] is not valid; must be one of !Blending"),
+        ("decomposer=!Blend", "decomposer: '!Blend' is not valid; must be one of !Exact"),
+        ("decomposer=[1]", "decomposer: [1] is not valid; must be one of !Exact"),
         ("duration=long", "duration: 'long' is not valid; must be a number"),
         ("duration=true", "duration: True is not valid; must be a number"),
         ("duration=", "duration: None is not valid; must be a number"),
@@ -153,7 +157,7 @@ def test_bad_value_is_refused_in_one_line(override, says):
         ("- 1\n- 2", "the whole: [1, 2] is not valid; must be a mapping"),
         ("\tduration: 1", "that cannot start any token"),
         ("duration: 1\nduration: 2", "the key 'duration' is given twice"),
-        ("decomposer: !Foo {}", "decomposer: '!Foo' is not valid; must be one of !B"),
+        ("decomposer: !Foo {}", "decomposer: '!Foo' is not valid; must be one of !Exact"),
         ("just words", "the whole: 'just words' is not valid; must be a mapping"),
         ("duration: 1\n\x00", "must be YAML"),
     ],

@@ -2,15 +2,18 @@
 
 import dataclasses as dc
 import enum
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any
 
-from pydrake.systems.framework import LeafSystem
+import numpy as np
+from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import checked, checked_period, not_negative, positive
-from drake_mobman.scalars import saturated
+from drake_mobman.scalars import Scalar, larger, saturated, where
 
 
 class GuardStatus(enum.IntEnum):
@@ -41,16 +44,19 @@ class Guard:
         return self.max_v_c, self.max_omega_c, self.max_v_z
 
 
-def command_status(command: Sequence[float], guard: Guard) -> GuardStatus:
-    """Returns why `command` (3,) may not pass, or OK."""
-    if not all(math.isfinite(c) for c in command):
+def command_status(command: Sequence[Scalar], guard: Guard) -> Scalar:
+    """Returns why `command` (3,) may not pass, a `GuardStatus`, or OK.
+
+    An `Expression` counts as finite: where one is evaluated, Drake refuses a NaN.
+    """
+    if not all(math.isfinite(c) for c in command if isinstance(c, float)):
         return GuardStatus.NOT_FINITE
-    if any(abs(c) > most for c, most in zip(command, guard.largest, strict=True)):
-        return GuardStatus.OVER_RANGE
-    return GuardStatus.OK
+    excess = (abs(c) - most for c, most in zip(command, guard.largest, strict=True))
+    over, ok = GuardStatus.OVER_RANGE, GuardStatus.OK
+    return where(functools.reduce(larger, excess) > 0, float(over), float(ok))
 
 
-def braked(passed: Sequence[float], guard: Guard, period: float) -> list[float]:
+def braked(passed: Sequence[Scalar], guard: Guard, period: float) -> list[Scalar]:
     """Returns the command one `period` [s] further on its way to rest."""
     if guard.stop_time <= period:
         return [0.0, 0.0, 0.0]
@@ -61,60 +67,70 @@ def braked(passed: Sequence[float], guard: Guard, period: float) -> list[float]:
     ]
 
 
-class CommandGuard(LeafSystem):
-    """Passes a command that is finite and in range, and brakes to rest otherwise.
+@TemplateSystem.define("CommandGuard_")
+def CommandGuard_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
 
-    .. pydrake_system::
+    class Impl(LeafSystem_[T]):
+        """Passes a command that is finite and in range, and brakes to rest otherwise.
 
-        name: CommandGuard
-        input_ports:
-        - ee_command
-        output_ports:
-        - ee_command
-        - guard_status
+        .. pydrake_system::
 
-    The state is the command last passed. A command that may not pass ends as a stop
-    from there, within `stop_time`; the status says why for as long as it lasts.
+            name: CommandGuard
+            input_ports:
+            - ee_command
+            output_ports:
+            - ee_command
+            - guard_status
 
-    Args:
-        params: what may pass.
-        period: control period [s].
+        The state is the command last passed. A command that may not pass ends as a stop
+        from there, within `stop_time`; the status says why for as long as it lasts.
 
-    Raises:
-        ParameterError: where a parameter is not valid.
-    """
+        Built as `CommandGuard(params, period)`: a `Guard` and the control period [s].
+        Raises `ParameterError` where a parameter is not valid.
+        """
 
-    def __init__(self, params: Guard, period: float) -> None:
-        super().__init__()
-        self.params = checked(params)
-        self.period = checked_period(period)
-        self.raw = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
-        self.passed = self.DeclareVectorOutputPort(
-            signals.EE_COMMAND,
-            3,
-            self._calc_passed,
-            prerequisites_of_calc={self.all_input_ports_ticket(), self.xd_ticket()},
-        )
-        self.DeclareVectorOutputPort(
-            signals.GUARD_STATUS,
-            1,
-            self._calc_status,
-            prerequisites_of_calc={self.input_port_ticket(self.raw.get_index())},
-        )
-        self.DeclareDiscreteState(3)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_passed)
+        def _construct(
+            self, params: Guard, period: float, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.params = checked(params)
+            self.period = checked_period(period)
+            self.raw = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
+            told = {self.input_port_ticket(self.raw.get_index())}
+            self.passed = self.DeclareVectorOutputPort(
+                signals.EE_COMMAND,
+                3,
+                self._calc_passed,
+                prerequisites_of_calc=told | {self.xd_ticket()},
+            )
+            self.DeclareVectorOutputPort(
+                signals.GUARD_STATUS, 1, self._calc_status, prerequisites_of_calc=told
+            )
+            self.DeclareDiscreteState(3)
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_passed)
 
-    def _calc_passed(self, context: Any, output: Any) -> None:
-        raw = self.raw.Eval(context)
-        if command_status(raw, self.params) == GuardStatus.OK:
-            output.SetFromVector(raw)
-        else:
-            passed = context.get_discrete_state_vector().value()
-            output.SetFromVector(braked(passed, self.params, self.period))
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.params, other.period, converter=converter)
 
-    def _calc_status(self, context: Any, output: Any) -> None:
-        status = command_status(self.raw.Eval(context), self.params)
-        output.SetAtIndex(0, float(status))
+        def _calc_passed(self, context: Any, output: Any) -> None:
+            raw = self.raw.Eval(context)
+            last = context.get_discrete_state_vector()
+            stop = braked(
+                [last.GetAtIndex(i) for i in range(3)], self.params, self.period
+            )
+            ok = command_status(raw, self.params) == GuardStatus.OK
+            passed = [where(ok, c, b) for c, b in zip(raw, stop, strict=True)]
+            output.SetFromVector(np.array(passed))
 
-    def _keep_passed(self, context: Any, state: Any) -> None:
-        state.get_mutable_vector().SetFromVector(self.passed.Eval(context))
+        def _calc_status(self, context: Any, output: Any) -> None:
+            status = command_status(self.raw.Eval(context), self.params)
+            output.SetFromVector(np.array([T(status)]))
+
+        def _keep_passed(self, context: Any, state: Any) -> None:
+            state.get_mutable_vector().SetFromVector(self.passed.Eval(context))
+
+    return Impl
+
+
+CommandGuard = CommandGuard_[None]
