@@ -1,11 +1,13 @@
 """How much of the bare plant's speed is left with all blocks and loggers.
 
-For each scenario at fidelity `Servo`: its simulated over wall time, beside that of the
-same plant stepped without any block of ours, in one process, turn by turn.
+For each scenario at fidelity `Servo`: its simulated over wall time, with blocks in
+Python and compiled as far as it goes, beside that of the same plant stepped without any
+block of ours, in one process, turn by turn.
 
     python benchmarks/real_time_factor.py [SCENARIO ...]
 """
 
+import dataclasses as dc
 import platform
 import statistics
 import sys
@@ -52,25 +54,32 @@ def factor(simulator: Simulator, stretch: float) -> float:
 
 
 def main(names: list[str]) -> None:
-    """Prints both factors and their ratio for each scenario."""
+    """Prints the factors, and their ratio to the bare plant's, for each scenario."""
     print(f"Python {platform.python_version()}, {platform.machine()}")
     print(
-        f"{'scenario':20} {'whole':>8} {'bare':>8} {'ratio':>6}   spread of the ratio"
+        f"{'scenario':16} {'blocks':9} {'whole':>7} {'bare':>7} {'ratio':>6}   spread"
     )
     for name in names:
         _, scenario = load_scenario(name)
-        whole, bare = Simulator(make_diagram(scenario)), bare_plant(scenario)
-        pairs = []
+        wholes = {
+            label: Simulator(make_diagram(dc.replace(scenario, compiled=compiled)))
+            for label, compiled in (("python", False), ("compiled", True))
+        }
+        bare = bare_plant(scenario)
+        factors: dict[str, list[float]] = {label: [] for label in (*wholes, "bare")}
         for turn in range(TURNS + 1):
-            follow(bare, whole)
-            pair = factor(whole, STRETCH), factor(bare, STRETCH)
-            if turn:  # The first warms up.
-                pairs.append(pair)
-        ratios = sorted(a / b for a, b in pairs)
-        a, b = (statistics.median(side) for side in zip(*pairs, strict=True))
-        ratio = statistics.median(ratios)
-        spread = f"{ratios[0]:.2f}..{ratios[-1]:.2f}"
-        print(f"{name:20} {a:8.1f} {b:8.1f} {ratio:6.2f}   {spread}")
+            follow(bare, wholes["python"])
+            for label, simulator in (wholes | {"bare": bare}).items():
+                x = factor(simulator, STRETCH)
+                if turn:  # The first warms up.
+                    factors[label].append(x)
+        for label in wholes:
+            pairs = zip(factors[label], factors["bare"], strict=True)
+            ratios = sorted(a / b for a, b in pairs)
+            a, b = (statistics.median(factors[side]) for side in (label, "bare"))
+            ratio = statistics.median(ratios)
+            spread = f"{ratios[0]:.2f}..{ratios[-1]:.2f}"
+            print(f"{name:16} {label:9} {a:7.1f} {b:7.1f} {ratio:6.2f}   {spread}")
 
 
 if __name__ == "__main__":

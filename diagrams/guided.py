@@ -1,7 +1,9 @@
 """Guidance by hand: a hand pulls the free arm, and the base comes along.
 
 hand -> robot -> base controller -> smoother -> robot. The base is told by the arm's
-joint angles alone.
+joint angles alone. The hand goes along its path, or an operator, live or recorded,
+leads it through the gate, and may choose between fields; where the gate stops the hand,
+which then holds the tool where it is, the base stops too.
 """
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -13,7 +15,10 @@ from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.robot import make_robot
 from drake_mobman.runs.scenario import Guided
+from drake_mobman.teleop.led_hand import LedHand
 
+from .choice import make_choice
+from .operator import add_operator, operator_of
 from .wiring import as_wanted, connect_by_name, finished, outputs
 
 
@@ -23,7 +28,12 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     .. pydrake_system::
 
         name: guided
+        input_ports:
+        - operator_input (only where the scenario's source is Operator)
         output_ports:
+        - operator_input, ee_command, guard_status, gate_status, gate_arming,
+          field.base_command (where the source is Operator or Recording)
+        - handover (where there are alternatives to choose from)
         - hand_force
         - hand_position
         - tool_position
@@ -52,8 +62,23 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     builder = DiagramBuilder()
     add = builder.AddNamedSystem
 
-    hand = add("hand", GuidingHand(scenario.hand, period, tool))
+    operator = operator_of(scenario)
     wanted = as_wanted(scenario)
+    if operator:
+        hand = add("hand", LedHand(scenario.hand, period, tool))
+    else:
+        pulling = GuidingHand(scenario.hand, period, tool, as_wanted=wanted)
+        hand = add("hand", pulling)
+    sensor = add("tool_sensor", ToolSensor(model))
+    reach = scenario.robot.reach()
+    fields = [
+        wanted(VelocityFieldController(one, reach))
+        for one in (scenario.controllers if operator else [scenario.field])
+    ]
+    chosen = make_choice(fields, scenario.change, period) if fields[1:] else fields[0]
+    field = add("field", chosen)
+    smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
+    # Last: blocks are updated in order, and Python that runs on is quicker.
     robot = add(
         "robot",
         make_robot(
@@ -65,11 +90,9 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
             as_wanted=wanted,
         ),
     )
-    sensor = add("tool_sensor", ToolSensor(model))
-    controller = VelocityFieldController(scenario.field, scenario.robot.reach())
-    field = add("field", wanted(controller))
-    smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
     systems = [hand, robot, sensor, field, smoother]
     ports = outputs(systems)
+    if operator:
+        ports = add_operator(builder, scenario, operator, ports)
     connect_by_name(builder, ports, systems)
     return finished(builder, "guided", ports, period, logged=logged)

@@ -13,8 +13,9 @@ from pydrake.symbolic import MakeVectorVariable, Variable
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import (
     Demultiplexer,
-    Multiplexer,
     PassThrough,
+    Selector,
+    SelectorParams,
     SymbolicVectorSystem,
 )
 
@@ -109,7 +110,7 @@ class _Compiled(Diagram):
         super().__init__()
         update, outputs, named = laws.with_names(**names)
         groups = _grouped(named, laws)
-        vectors: dict[Hashable, Any] = dict(laws.inputs)
+        vectors: dict[Any, Any] = dict(laws.inputs)
         if update:
             vectors[_STATE] = laws.state
         vectors |= {key: [n.variable for n in group] for key, group in groups.items()}
@@ -148,33 +149,60 @@ class _Systems:
         self._sources: dict[Hashable, Any] = {}  # Who puts out a vector.
         self._wires: list[tuple[Any, Hashable]] = []  # Who takes which.
 
-    def add(self, law: list[Any], key: Hashable = None, **keep: Any) -> Any:
-        """Adds a system; returns its output, which is the vector `key`, if given.
+    def add(self, law: list[Any], own: Hashable = None, **keep: Any) -> Any:
+        """Adds a system; returns its output, which is the vector `own`, if given.
 
         Args:
             law: what it puts out.
-            key: of the vector that this is.
+            own: key of the vector that this is.
             keep: state, dynamics and period of a system that has a state.
         """
-        laws = [*law, *keep.get("dynamics", [])]
-        takes = _taken(laws, self._vectors)
-        if keep:
-            takes.pop(_STATE, None)
-        if _taken(laws, {"time": [self._time]}):
+        ids = {
+            v.get_id()
+            for e in (*law, *keep.get("dynamics", []))
+            for v in e.GetVariables()
+        }
+        if self._time.get_id() in ids:
             keep["time"] = self._time
-        every = np.concatenate([*takes.values(), []]).astype(object)
-        system = self.builder.AddSystem(
-            SymbolicVectorSystem(input=every, output=law, **keep)
-        )
-        if len(takes) > 1:
-            mux = self.builder.AddSystem(Multiplexer([len(v) for v in takes.values()]))
-            self.builder.Connect(mux.get_output_port(), system.get_input_port())
-            ends = [mux.get_input_port(i) for i in range(len(takes))]
-        else:
-            ends = [system.get_input_port() for _ in takes]
-        self._wires += zip(ends, takes, strict=True)
-        self._sources[key] = system.get_output_port()
+        chosen = {
+            key: [i for i, v in enumerate(vector) if v.get_id() in ids]
+            for key, vector in self._vectors.items()
+            if key != _STATE or "state" not in keep
+        }
+        chosen = {key: elements for key, elements in chosen.items() if elements}
+        every = [
+            self._vectors[key][i] for key, elements in chosen.items() for i in elements
+        ]
+        system = SymbolicVectorSystem(input=every, output=law, **keep)
+        self.builder.AddSystem(system)
+        self._feed(system, chosen)
+        self._sources[own] = system.get_output_port()
         return system.get_output_port()
+
+    def _feed(self, system: Any, chosen: Mapping[Hashable, list[int]]) -> None:
+        """Feeds a system with just the elements that it takes: each costs.
+
+        Args:
+            system: that takes them, one after the other.
+            chosen: indices of the elements, by the key of their vector.
+        """
+        sizes = [len(self._vectors[key]) for key in chosen]
+        if len(chosen) <= 1 and sizes == [len(e) for e in chosen.values()]:
+            self._wires += [(system.get_input_port(), key) for key in chosen]
+            return
+        of = SelectorParams
+        inputs = [of.InputPortParams(name=f"u{i}", size=n) for i, n in enumerate(sizes)]
+        picked = [
+            of.OutputSelection(input_port_index=port, input_offset=i)
+            for port, elements in enumerate(chosen.values())
+            for i in elements
+        ]
+        outputs = [of.OutputPortParams(name="y", selections=picked)]
+        selector = Selector(SelectorParams(inputs=inputs, outputs=outputs))
+        self.builder.AddSystem(selector)
+        self.builder.Connect(selector.get_output_port(0), system.get_input_port())
+        ends = map(selector.get_input_port, range(len(sizes)))
+        self._wires += zip(ends, chosen, strict=True)
 
     def add_split(self, laws: Mapping[str, list[Any]], **keep: Any) -> dict[str, Any]:
         """Adds a system for one output or several; returns them by name."""

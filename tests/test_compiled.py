@@ -19,6 +19,7 @@ from drake_mobman.base.velocity_field import VelocityField, VelocityFieldControl
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
+from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import KinematicRobot
 from drake_mobman.robots.model import RobotModel
@@ -59,6 +60,7 @@ BLOCKS = {
     "planar inverse": lambda: inverse(Planar(), by="positions"),
     "planar inverse by rates": lambda: inverse(Planar(), by="rates"),
     "spatial inverse": lambda: inverse(Spatial(), by="positions"),
+    "pull": lambda: Pull(Hand(releases=[Release(0.5, 1.0)]), PERIOD),
     "robot": lambda: KinematicRobot([0.1, 0.2, 0.3, 0.4, -0.5], PERIOD),
 }
 
@@ -119,13 +121,18 @@ def test_outputs_are_the_same_to_rounding(name, seed):
         np.testing.assert_allclose(got[port], value, rtol=ROUNDING, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("name", ["smoother", "robot"])
+def test_block_of_one_output_is_one_system():
+    # Each costs at every step of a diagram, asked or not.
+    assert len(compiled(BLOCKS["smoother"]()).GetSystems()) == 1
+
+
+@pytest.mark.parametrize("name", ["smoother", "robot", "pull"])
 def test_states_go_the_same_way_under_a_held_input(name):
     def logged(system):
         builder = DiagramBuilder()
         builder.AddSystem(system)
-        for port in ports(system)[0]:
-            value = np.linspace(0.1, 0.4, port.size())
+        for i, port in enumerate(ports(system)[0]):
+            value = (i + 1) * np.linspace(0.1, 0.4, port.size())
             source = builder.AddSystem(ConstantVectorSource(value))
             builder.Connect(source.get_output_port(), port)
         log = LogVectorOutput(ports(system)[1][0], builder, PERIOD)

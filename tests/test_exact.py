@@ -330,7 +330,11 @@ def test_500_minutes_of_held_commands_are_exact_and_inside(seed):
         ("kwon_spatial", "start.l=1.0", "{duration: 11, v_c: 0.1, v_z: 0.2}"),
         ("kwon_spatial", "start.l=1.0", "{duration: 11, v_c: -0.1, v_z: -0.2}"),
         ("kwon_arbitrary", "start.psi=1.5707963267948966", "{duration: 11, v_c: 0.3}"),
-        ("kwon_arbitrary", "start.psi=-1.5707963267948966", "{duration: 11, v_c: -0.3}"),
+        (
+            "kwon_arbitrary",
+            "start.psi=-1.5707963267948966",
+            "{duration: 11, v_c: -0.3}",
+        ),
         ("kwon_arbitrary", "start.l=0.0", "{duration: 11, v_c: 0.3, omega_c: 0.3}"),
         ("kwon_arbitrary", "start.l=2.0", "{duration: 11, v_c: -0.3, omega_c: 0.3}"),
         ("kwon_spatial", "start.psi=2.8", "{duration: 11, v_c: 0.3, omega_c: 0.3}"),

@@ -194,3 +194,15 @@ def test_in_its_posture_it_is_far_from_every_border(robot):
 def test_a_mount_without_height_is_refused():
     with pytest.raises(ParameterError, match=r"mount: 0\.0 is not valid"):
         checked(FrankaTiago(mount=0.0))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_hand_in_closed_form_is_where_the_model_has_it(seed):
+    model = RobotModel(FrankaTiago())
+    arm = reduced_arm(model.plant)
+    q = np.random.default_rng(seed).uniform(-2, 2, 7)
+    model.set_state([0, 0, 0, *q], np.zeros(10))
+    x, y, z = model.p_W("tool") - arm.p_BS
+    c, s = np.cos(q[0]), np.sin(q[0])
+    expected = (c * x + s * y, c * y - s * x, z)
+    assert arm.p_SE(q.tolist()) == pytest.approx(expected, abs=1e-12)

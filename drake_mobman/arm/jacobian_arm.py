@@ -94,7 +94,7 @@ def pseudo_inverse(J: Any, damping: Damping) -> Any:
 
 
 def _scaled(J: Any, damping: Damping) -> tuple[Any, Any]:
-    """Returns J with its rotational rows in metres, and the weights (6,) of its rows."""
+    """Returns J with rotational rows in metres, and the weights (6,) of its rows."""
     weights = np.array([damping.length] * 3 + [1.0] * 3)
     return weights[:, None] * J, weights
 
@@ -124,7 +124,7 @@ class JacobianArm:
             plant: `MultibodyPlant` with links `base` (B), `tee` (T) and `tool` (E).
             posture: joint angles (n,) to stay near, the hand level [rad].
             damping: that for a Franka arm unless given.
-            reduced: has `p_BT(q)` in closed form, where the arm has one.
+            reduced: has `p_BT(q)` and `p_SE(q)` in closed form, where the arm has one.
 
         Raises:
             ParameterError: where `damping` is not valid.
@@ -152,6 +152,9 @@ class JacobianArm:
 
     def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the tool."""
+        if self._reduced:
+            x, y, z = self._reduced.p_SE(q)
+            return sqrt(x * x + y * y), q[0] + atan2(y, x), z
         l, bearing, z = self._hand(self._at(q).X_BE(), q)
         return l, q[0] + bearing, z
 

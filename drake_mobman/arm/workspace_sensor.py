@@ -47,11 +47,11 @@ def WorkspaceSensor_(T: Any) -> Any:
             Impl._construct(self, other.arm, converter=converter)
 
         def _calc_workspace(self, context: Any, output: Any) -> None:
-            q = self.position.Eval(context)
+            q = self.position.Eval(context).tolist()
             output.SetFromVector(np.array(self.arm.workspace(q)))
 
         def _calc_p_BT(self, context: Any, output: Any) -> None:
-            q = self.position.Eval(context)
+            q = self.position.Eval(context).tolist()
             output.SetFromVector(np.array(self.arm.p_BT(q)))
 
     return Impl

@@ -104,6 +104,7 @@ def CommandSmoother_(T: Any) -> Any:
             if not self.params.enabled:
                 output.SetFromVector(raw)
                 return
+            raw = raw.tolist()
             p, last = self.params, context.get_discrete_state_vector()
             steps = p.max_acceleration, p.max_yaw_acceleration
             limits = p.max_speed, p.max_yaw_rate

@@ -226,13 +226,13 @@ def VelocityFieldController_(T: Any) -> Any:
             Impl._construct(self, other.params, other.reach, converter=converter)
 
         def _calc_base(self, context: Any, output: Any) -> None:
-            p_BT = self.p_BT.Eval(context)
+            p_BT = self.p_BT.Eval(context).tolist()
             output.SetFromVector(
                 np.array(field_velocity(p_BT, self.params, self.reach))
             )
 
         def _calc_zone(self, context: Any, output: Any) -> None:
-            p_BT = self.p_BT.Eval(context)
+            p_BT = self.p_BT.Eval(context).tolist()
             output.SetFromVector(np.array([field_zone(p_BT, self.params, self.reach)]))
 
     return Impl

@@ -6,7 +6,7 @@ rest. Where a limit binds, hand and base slow down together.
 
 import dataclasses as dc
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -20,7 +20,7 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import yaw_rate
 from drake_mobman.decomposers.blending import SHARES
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
-from drake_mobman.decomposers.limiter import Limiter, both, least, status
+from drake_mobman.decomposers.limiter import Factors, Limiter, both, least, status
 from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates, exact_rest
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
@@ -94,6 +94,63 @@ def exact_base(
     aside = larger(abs(c), _TINY)
     projected = smoothstep(aside, 0.0, _WHOLE) / aside
     return where(c < 0, -projected, projected) * mu * left, omega_b
+
+
+class Course(NamedTuple):
+    """What the base is told, and how much of the command is left to follow it."""
+
+    base: tuple[Scalar, Scalar]  # v_b [m/s], omega_b [rad/s].
+    factors: Factors
+    share: Scalar  # The least of the factors.
+
+
+def exact_course(
+    command: Any,
+    workspace: Any,
+    q: Any,
+    params: Exact,
+    limits: Workspace,
+    limiter: Limiter,
+) -> Course:
+    """Returns what the base is told of `command`, as far as base and joints follow.
+
+    Args:
+        command: `ee_command`.
+        workspace: l [m], psi [rad], z [m].
+        q: joint angles (n,) [rad].
+        params: of the law.
+        limits: of the workspace.
+        limiter: of base and joints.
+    """
+    ahead = limiter.arm.p_BS[0]
+    v_b, omega_b = exact_base(command, workspace, params, limits, ahead)
+    rest = exact_rest(command, workspace, (v_b, omega_b), ahead)
+    factors = limiter.followed(q, rest, v_b, omega_b)
+    share = least(factors)
+    return Course((share * v_b, share * omega_b), factors, share)
+
+
+def exact_arm(
+    command: Any, workspace: Any, q: Any, sent: Any, course: Course, limiter: Limiter
+) -> tuple[tuple[Scalar, Scalar, Scalar], Scalar]:
+    """Returns the `arm_command` that the base, as sent, leaves, and the status.
+
+    Args:
+        command: `ee_command`.
+        workspace: l [m], psi [rad], z [m].
+        q: joint angles (n,) [rad].
+        sent: `base_sent`.
+        course: of the base.
+        limiter: of base and joints.
+    """
+    _, factors, share = course
+    if limiter.base.enabled:  # Else the base is sent what it is told.
+        present = limiter.at_present(q, workspace, command, sent)
+        factors, share = both(factors, present), smaller(share, least(present))
+    slowed = [share * c for c in command]
+    rest = exact_rest(slowed, workspace, sent, limiter.arm.p_BS[0])
+    at_axis = where(workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
+    return rest, status(factors) + at_axis
 
 
 @TemplateSystem.define("ExactDecomposer_")
@@ -184,47 +241,28 @@ def ExactDecomposer_(T: Any) -> Any:
                 needs,
             )
 
-        def _of_course(self, context: Any) -> Any:
-            """Returns v_b, omega_b, the factors, and the share of the command left."""
-            command = self.command.Eval(context)
-            workspace = self.workspace.Eval(context)
-            q = self.arm_position.Eval(context)
-            ahead = self.limiter.arm.p_BS[0]
-            base = exact_base(command, workspace, self.params, self.limits, ahead)
-            rest = exact_rest(command, workspace, base, ahead)
-            factors = self.limiter.followed(q, rest, *base)
-            share = least(factors)
-            return share * base[0], share * base[1], factors, share
+        def _of_course(self, context: Any) -> Course:
+            return exact_course(
+                *self._told(context), self.params, self.limits, self.limiter
+            )
 
         def _at_present(self, context: Any) -> Any:
-            """Returns `arm_command` and `decomposer_status`."""
-            command = self.command.Eval(context)
-            workspace = self.workspace.Eval(context)
-            q = self.arm_position.Eval(context)
             sent = self.base_sent.Eval(context)
-            _, _, factors, share = self.course.Eval(context)
-            if self.limiter.base.enabled:  # Else it is sent what it is told.
-                present = self.limiter.at_present(q, workspace, command, sent)
-                factors = both(factors, present)
-                share = smaller(share, least(present))
-            slowed = [share * c for c in command]
-            rest = exact_rest(slowed, workspace, sent, self.limiter.arm.p_BS[0])
-            at_axis = where(
-                workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0
-            )
-            return rest, status(factors) + at_axis
+            course = self.course.Eval(context)
+            return exact_arm(*self._told(context), sent, course, self.limiter)
+
+        def _told(self, context: Any) -> list[Any]:
+            ports = self.command, self.workspace, self.arm_position
+            return [port.Eval(context) for port in ports]
 
         def _calc_base(self, context: Any, output: Any) -> None:
-            v_b, omega_b, _, _ = self.course.Eval(context)
-            output.SetFromVector(np.array([v_b, omega_b]))
+            output.SetFromVector(np.array(self.course.Eval(context).base))
 
         def _calc_share(self, context: Any, output: Any) -> None:
-            v_b, omega_b, _, _ = self.course.Eval(context)
+            base = self.course.Eval(context).base
             workspace = self.workspace.Eval(context)
             ahead = self.limiter.arm.p_BS[0]
-            output.SetFromVector(
-                np.array(carried_rates(workspace, v_b, omega_b, ahead))
-            )
+            output.SetFromVector(np.array(carried_rates(workspace, *base, ahead)))
 
         def _calc_arm(self, context: Any, output: Any) -> None:
             output.SetFromVector(np.array(self.present.Eval(context)[0]))

@@ -26,6 +26,9 @@ _LEAST_STOP = 0.2
 """Least time in which a hand is slowed down to rest at the end of a joint's range [s],
 as an elbow that is stretched turns ever faster for a hand that goes on."""
 
+_SLIGHT = 1e-9
+"""Rate of a joint that no limit is held against [rad/s]: rounding must not lock it."""
+
 _TINY = 1e-15
 """Stands for no rate, or no room at all, so that nothing is divided by zero."""
 
@@ -104,9 +107,9 @@ class Limiter:
         by_rate, by_limit = [], []
         for i, rate in enumerate(rates):
             by_rate.append(factor_below(rate, _RESERVE * self.joints.velocity[i]))
-            room = self._room(q, i, rate)
-            time = room / larger(abs(rate), _TINY)
-            by_limit.append(braking_rate(time, self._slowing, self.period))
+            room, speed = self._room(q, i, rate), larger(abs(rate), _SLIGHT)
+            in_time = braking_rate(room / speed, self._slowing, self.period)
+            by_limit.append(larger(in_time, _SLIGHT / speed))
             if math.isfinite(self.joints.acceleration[i]):
                 by_limit.append(factor_below(rate, self._towards_end(room, i)))
         return {
@@ -164,7 +167,7 @@ class Limiter:
 
     def _towards_end(self, room: Scalar, i: int) -> Scalar:
         most = self.joints.acceleration[i]
-        return _RESERVE * braking_rate(room, most, self.period)
+        return larger(_RESERVE * braking_rate(room, most, self.period), _SLIGHT)
 
     def _by_edges(
         self, edges: Workspace, workspace: Any, command: Any, carried: Any

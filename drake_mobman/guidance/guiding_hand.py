@@ -6,18 +6,20 @@ The paper's operator, as a spring and a damper of bounded force.
 import dataclasses as dc
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
-from pydrake.systems.framework import LeafSystem
+from pydrake.math import sqrt
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem_
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.systems.scalar_conversion import TemplateSystem
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
-from drake_mobman.parameters import ParameterError, checked, positive
+from drake_mobman.guidance.push import add_push
+from drake_mobman.parameters import ParameterError, checked, checked_period, positive
+from drake_mobman.scalars import Scalar, larger, where
 
 
 @dc.dataclass
@@ -76,7 +78,9 @@ class Hand:
                 raise ParameterError(f"releases[{i + 1}].start", d.start, valid)
 
 
-def hand_force(p_WE: Any, v_WE: Any, p_WH: Any, v_WH: Any, params: Hand) -> list[float]:
+def hand_force(
+    p_WE: Any, v_WE: Any, p_WH: Any, v_WH: Any, params: Hand
+) -> list[Scalar]:
     """Returns the force (3,) in W [N] on a tool E that a hand H holds.
 
     f = stiffness (p_WH - p_WE) + damping (v_WH - v_WE); where that is more than
@@ -90,22 +94,20 @@ def hand_force(p_WE: Any, v_WE: Any, p_WH: Any, v_WH: Any, params: Hand) -> list
         params: of the hand.
 
     Raises:
-        RuntimeError: the force is not finite, as any of these is not or is absurd.
+        RuntimeError: the force, of floats, is not finite, as any of these is not or is
+            absurd.
     """
-    # Python's own floats, which take half the time of numpy's and overflow silently.
-    state = {"p_WE": p_WE, "v_WE": v_WE, "p_WH": p_WH, "v_WH": v_WH}
-    state = {key: np.asarray(x, dtype=float).tolist() for key, x in state.items()}
     force = [
         params.stiffness * (H - E) + params.damping * (H_dot - E_dot)
-        for E, E_dot, H, H_dot in zip(*state.values(), strict=True)
+        for E, E_dot, H, H_dot in zip(p_WE, v_WE, p_WH, v_WH, strict=True)
     ]
-    norm = math.hypot(*force)
-    if not math.isfinite(norm):
-        given = ", ".join(f"{key} = {x}" for key, x in state.items())
+    parts = [f / params.max_force for f in force]
+    excess = sqrt(sum(part * part for part in parts))
+    if isinstance(excess, float) and not math.isfinite(excess):
+        state = {"p_WE": p_WE, "v_WE": v_WE, "p_WH": p_WH, "v_WH": v_WH}
+        given = ", ".join(f"{key} = {list(map(float, x))}" for key, x in state.items())
         raise RuntimeError(f"the hand's force is not finite: {given}")
-    if norm <= params.max_force:
-        return force
-    return [f / norm * params.max_force for f in force]
+    return [f / larger(excess, 1.0) for f in force]
 
 
 def path_trajectory(params: Hand) -> PiecewisePolynomial:
@@ -128,12 +130,87 @@ def peak_speed(params: Hand) -> float:
     return float(np.linalg.norm(v_WH, axis=0).max())
 
 
+def grip(time: Scalar, releases: Sequence[Release]) -> Scalar:
+    """Returns 1 where the hand holds the tool at `time` [s], else 0."""
+    held = 1.0
+    for release in releases:
+        let_go = where(time < release.end, 0.0, held)
+        held = where(time >= release.start, let_go, held)
+    return held
+
+
 def holds(time: float, releases: Sequence[Release]) -> bool:
     """Returns whether the hand holds the tool at `time` [s]."""
-    return not any(release.start <= time < release.end for release in releases)
+    return bool(grip(time, releases))
 
 
-class GuidingHand(LeafSystem):
+_HAND_VELOCITY = "hand_velocity"
+"""3: v_WH [m/s] in W; a signal of the hand's own."""
+
+
+@TemplateSystem.define("Pull_")
+def Pull_(T: Any) -> Any:
+    """Returns the block for scalars of type `T`."""
+
+    class Impl(LeafSystem_[T]):
+        """Works out the force of a hand on the tool, and holds it between ticks.
+
+        .. pydrake_system::
+
+            name: Pull
+            input_ports:
+            - tool_position
+            - tool_velocity
+            - hand_position
+            - hand_velocity
+            output_ports:
+            - hand_force
+
+        Built as `Pull(params, period)`: a `Hand`, and the time between two renewals of
+        the force [s], which is the state. Raises `ParameterError` where a parameter is
+        not valid and, in a run, `RuntimeError` where the tool's state is not finite.
+        """
+
+        def _construct(
+            self, params: Hand, period: float, converter: Any = None
+        ) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self.params = checked(params)
+            self.period = checked_period(period)
+            self.told = [
+                self.DeclareVectorInputPort(name, 3)
+                for name in (
+                    signals.TOOL_POSITION,
+                    signals.TOOL_VELOCITY,
+                    signals.HAND_POSITION,
+                    _HAND_VELOCITY,
+                )
+            ]
+            force = self.DeclareDiscreteState(3)
+            self.DeclareStateOutputPort(signals.HAND_FORCE, force)
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._pull)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            Impl._construct(self, other.params, other.period, converter=converter)
+
+        def _pull(self, context: Any, state: Any) -> None:
+            p_WE, v_WE, p_WH, v_WH = (
+                # Python's own floats, which take half the time of numpy's.
+                port.Eval(context).tolist()
+                for port in self.told
+            )
+            force = hand_force(p_WE, v_WE, p_WH, v_WH, self.params)
+            held = grip(context.get_time(), self.params.releases)
+            force = [held * f for f in force]
+            state.get_mutable_vector().SetFromVector(np.array(force))
+
+    return Impl
+
+
+Pull = Pull_[None]
+
+
+class GuidingHand(Diagram):
     """Pulls the tool along a path, by a force that is held between control ticks.
 
     .. pydrake_system::
@@ -147,15 +224,16 @@ class GuidingHand(LeafSystem):
         - hand_position
         - spatial_forces
 
-    The state is the force, renewed every `period`; a plant of a shorter step gets it
-    from the cache, one of its steps later. While it has let go, the hand still goes
-    along its path: led to where the tool was left, it takes hold without a jerk.
+    A plant of a step shorter than the period gets the force from the cache. While it
+    has let go, the hand still goes along its path: led to where the tool was left, it
+    takes hold without a jerk.
 
     Args:
         params: of the hand and its path.
-        period: between two renewals [s].
+        period: between two renewals of the force [s].
         body: index in the plant of the body B that has the tool.
         p_BE: the tool's position (3,) in B [m].
+        as_wanted: makes of a block what goes into the diagram, as `compiled` does.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -168,50 +246,25 @@ class GuidingHand(LeafSystem):
         period: float,
         body: Any,
         p_BE: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        as_wanted: Callable[[Any], Any] = lambda block: block,
     ) -> None:
         super().__init__()
-        self.params = checked(params)
-        self._path = path_trajectory(params)
-        self._velocity = self._path.MakeDerivative()
-        self._body = body
-        self._p_BE = np.array(p_BE, dtype=float)
-        self.tool_position = self.DeclareVectorInputPort(signals.TOOL_POSITION, 3)
-        self.tool_velocity = self.DeclareVectorInputPort(signals.TOOL_VELOCITY, 3)
-        self.DeclareStateOutputPort(signals.HAND_FORCE, self.DeclareDiscreteState(3))
-        self.DeclareVectorOutputPort(
-            signals.HAND_POSITION,
-            3,
-            self._calc_position,
-            prerequisites_of_calc={self.time_ticket()},
-        )
-        self.DeclareAbstractOutputPort(
-            signals.SPATIAL_FORCES,
-            lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]),
-            self._calc_spatial_forces,
-            prerequisites_of_calc={self.xd_ticket()},
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._pull)
-
-    def _pull(self, context: Any, state: Any) -> None:
-        time = context.get_time()
-        force = hand_force(
-            self.tool_position.Eval(context),
-            self.tool_velocity.Eval(context),
-            self._path.value(time)[:, 0],
-            self._velocity.value(time)[:, 0],
-            self.params,
-        )
-        if not holds(time, self.params.releases):
-            force = [0.0, 0.0, 0.0]
-        state.get_mutable_vector().SetFromVector(np.array(force))
-
-    def _calc_position(self, context: Any, output: Any) -> None:
-        output.SetFromVector(self._path.value(context.get_time())[:, 0])
-
-    def _calc_spatial_forces(self, context: Any, output: Any) -> None:
-        applied = ExternallyAppliedSpatialForce()
-        applied.body_index = self._body
-        applied.p_BoBq_B = self._p_BE
-        force = context.get_discrete_state_vector().value()
-        applied.F_Bq_W = SpatialForce(tau=np.zeros(3), f=force)
-        output.set_value([applied])
+        builder = DiagramBuilder()
+        pull = builder.AddNamedSystem("pull", as_wanted(Pull(params, period)))
+        path = path_trajectory(params)
+        position = builder.AddNamedSystem("path", TrajectorySource(path))
+        velocity = builder.AddSystem(TrajectorySource(path.MakeDerivative()))
+        ways = {signals.HAND_POSITION: position, _HAND_VELOCITY: velocity}
+        for name, way in ways.items():
+            builder.Connect(way.get_output_port(), pull.GetInputPort(name))
+        force = pull.GetOutputPort(signals.HAND_FORCE)
+        for name in (signals.TOOL_POSITION, signals.TOOL_VELOCITY):
+            builder.ExportInput(pull.GetInputPort(name), name)
+        builder.ExportOutput(force, signals.HAND_FORCE)
+        builder.ExportOutput(position.get_output_port(), signals.HAND_POSITION)
+        forces = add_push(builder, force, body, p_BE)
+        builder.ExportOutput(forces, signals.SPATIAL_FORCES)
+        builder.BuildInto(self)
+        self.tool_position = self.GetInputPort(signals.TOOL_POSITION)
+        self.tool_velocity = self.GetInputPort(signals.TOOL_VELOCITY)

@@ -44,6 +44,7 @@ class _Look(LeafSystem):
     def __init__(self, model: RobotModel) -> None:
         super().__init__()
         self.model = model
+        self.tool = model.plant.GetBodyByName("tool")
         plant = model.plant
         size = plant.num_positions() + plant.num_velocities()
         self.state = self.DeclareVectorInputPort(signals.ROBOT_STATE, size)
@@ -53,8 +54,5 @@ class _Look(LeafSystem):
         )
 
     def _calc_motion(self, context: Any, output: Any) -> None:
-        state = self.state.Eval(context)
-        half = len(state) // 2
-        self.model.set_state(state[:half], state[half:])
-        p_WE, v_WE = self.model.p_W("tool"), self.model.v_W("tool")
-        output.SetFromVector(np.array([*p_WE, *v_WE]))
+        p_WE, v_WE = self.model.motion_W(self.tool, self.state.Eval(context))
+        output.SetFromVector(np.concatenate((p_WE, v_WE)))

@@ -53,14 +53,16 @@ class FrankaTiago:
 
 @dc.dataclass(frozen=True)
 class ReducedArm:
-    """The arm without its wrist: shoulder, elbow and wrist centre (fig. 1).
+    """The arm by its shoulder, elbow, wrist centre (fig. 1) and hand, in closed form.
 
-    Its first three axes meet in the shoulder; the fourth goes through the elbow.
+    Its first three axes meet in the shoulder; the fourth goes through the elbow; the
+    next two meet in the wrist centre, and the hand is on the last.
     """
 
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
     elbow: tuple[float, float]  # Ahead of and above the shoulder, arm at zero [m].
     wrist: tuple[float, float]  # T ahead of and above the elbow, arm at zero [m].
+    hand: tuple[float, float]  # E ahead of and above T, arm at zero [m].
 
     @property
     def l_0(self) -> float:
@@ -85,35 +87,60 @@ class ReducedArm:
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the position of T in B [m], of joint angles `q` (4 or more,) [rad].
 
-        In closed form, for any scalar: R_z(q_1) R_y(q_2) R_z(q_3) (elbow + R_y(-q_4)
-        wrist).
+        S + R_z(q_1) R_y(q_2) R_z(q_3) (elbow + R_y(-q_4) wrist), for any scalar.
         """
-        c, s = cos(q[3]), sin(q[3])
-        ahead = self.elbow[0] + c * self.wrist[0] - s * self.wrist[1]
-        above = self.elbow[1] + s * self.wrist[0] + c * self.wrist[1]
-        x, y = ahead * cos(q[2]), ahead * sin(q[2])
-        c, s = cos(q[1]), sin(q[1])
-        x, z = c * x + s * above, c * above - s * x
-        c, s = cos(q[0]), sin(q[0])
+        x, y, z = self._from_elbow(q, self.wrist[0], 0.0, self.wrist[1])
+        x, y = _turned(x, y, q[0])
         d, side, l_0 = self.p_BS
-        return d + c * x - s * y, side + s * x + c * y, l_0 + z
+        return d + x, side + y, l_0 + z
+
+    def p_SE(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns where E is from S in axes that turn with the first joint [m].
+
+        As T is, but with wrist + R_z(q_5) R_y(-q_6) hand, for any scalar.
+
+        Args:
+            q: joint angles (6 or more,) [rad].
+        """
+        out, above = _turned(*self.hand, q[5])
+        ahead, aside = out * cos(q[4]), out * sin(q[4])
+        wrist = self.wrist
+        return self._from_elbow(q, wrist[0] + ahead, aside, wrist[1] + above)
+
+    def _from_elbow(
+        self, q: Any, x: Scalar, y: Scalar, z: Scalar
+    ) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns where from S is what the forearm has at `x`, `y`, `z` off the elbow.
+
+        In axes that turn with the first joint.
+        """
+        x, z = _turned(x, z, q[3])
+        x, y = _turned(self.elbow[0] + x, y, q[2])
+        z, x = _turned(self.elbow[1] + z, x, q[1])
+        return x, y, z
+
+
+def _turned(a: Scalar, b: Scalar, angle: Scalar) -> tuple[Scalar, Scalar]:
+    """Returns a vector of a plane, turned by `angle` [rad] from first axis on."""
+    c, s = cos(angle), sin(angle)
+    return c * a - s * b, s * a + c * b
 
 
 def reduced_arm(plant: Any) -> ReducedArm:
     """Returns the reduced arm, measured on a finished plant of this robot at zero."""
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(plant.num_positions()))
-    p_BS, p_BL, p_BT = (
+    p_BS, p_BL, p_BT, p_BE = (
         plant.GetFrameByName(link)
         .CalcPose(context, plant.GetFrameByName("base"))
         .translation()
-        for link in ("link2", "link4", "tee")
+        for link in ("link2", "link4", "tee", "tool")
     )
-    return ReducedArm(
-        p_BS=tuple(p_BS.tolist()),
-        elbow=tuple((p_BL - p_BS)[[0, 2]].tolist()),
-        wrist=tuple((p_BT - p_BL)[[0, 2]].tolist()),
+    elbow, wrist, hand = (
+        tuple((to - by)[[0, 2]].tolist())
+        for by, to in ((p_BS, p_BL), (p_BL, p_BT), (p_BT, p_BE))
     )
+    return ReducedArm(tuple(p_BS.tolist()), elbow, wrist, hand)
 
 
 @dc.dataclass(frozen=True)

@@ -75,6 +75,20 @@ class RobotModel:
         frame = self.plant.GetFrameByName(link)
         return frame.CalcSpatialVelocityInWorld(self._context).translational()
 
+    def motion_W(self, body: Any, state: Any) -> tuple[Any, Any]:
+        """Returns position [m] and velocity [m/s] (3,) in W of a body's origin.
+
+        Quicker than `p_W` and `v_W` after `set_state`.
+
+        Args:
+            body: of the plant.
+            state: positions of base and arm, then velocities, 2 (3 + n,).
+        """
+        self.plant.SetPositionsAndVelocities(self._context, state)
+        X_WB = self.plant.EvalBodyPoseInWorld(self._context, body)
+        V_WB = self.plant.EvalBodySpatialVelocityInWorld(self._context, body)
+        return X_WB.translation(), V_WB.translational()
+
     def manipulability(self) -> float:
         """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints.
 

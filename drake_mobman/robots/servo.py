@@ -137,7 +137,7 @@ def make_servo_robot(
     # Blocks cost at each step of the plant, asked or not: they are few.
     parts = builder.AddSystem(Demultiplexer([BASE_JOINTS, n, BASE_JOINTS, n]))
     builder.Connect(state, parts.get_input_port())
-    pose, position, slide, velocity = map(parts.get_output_port, range(4))
+    pose, position, _, velocity = map(parts.get_output_port, range(4))
 
     held = []
     commands = {signals.BASE_SENT: 2}
@@ -158,8 +158,9 @@ def make_servo_robot(
     builder.ExportOutput(pose, signals.BASE_POSE)
     builder.ExportOutput(position, signals.ARM_POSITION)
     builder.ExportOutput(velocity, signals.ARM_VELOCITY)
-    rolling = _joined(builder, [pose, slide], _base_velocity())
-    builder.ExportOutput(rolling, signals.BASE_VELOCITY)
+    rolling = builder.AddSystem(_base_velocity(n))
+    builder.Connect(state, rolling.get_input_port())
+    builder.ExportOutput(rolling.get_output_port(), signals.BASE_VELOCITY)
     sensor = builder.AddNamedSystem("sensor", sensor or WorkspaceSensor(robot.arm()))
     builder.Connect(position, sensor.get_input_port())
     for name in (signals.WORKSPACE, signals.P_BT):
@@ -188,9 +189,10 @@ def _desired_state(
     return SymbolicVectorSystem(input=told, output=[*start, *velocities])
 
 
-def _base_velocity() -> SymbolicVectorSystem:
-    """Returns `base_velocity` from the base's pose and its rates."""
-    _, _, theta, x, y, omega = told = MakeVectorVariable(2 * BASE_JOINTS, "u")
+def _base_velocity(n: int) -> SymbolicVectorSystem:
+    """Returns `base_velocity` from the state of a robot with `n` joints in its arm."""
+    told = MakeVectorVariable(2 * (BASE_JOINTS + n), "u")
+    theta, (x, y, omega) = told[2], told[BASE_JOINTS + n :][:BASE_JOINTS]
     forward = cos(theta) * x + sin(theta) * y
     sideways = cos(theta) * y - sin(theta) * x
     return SymbolicVectorSystem(input=told, output=[forward, sideways, omega])

@@ -7,6 +7,8 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
+from drake_mobman import signals
+
 Log = dict[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
 
@@ -43,10 +45,19 @@ def read_log(diagram: Diagram, context: Any) -> Log:
     )
 
 
+def drained_log(diagram: Diagram, context: Any) -> Log:
+    """Returns what has been logged since the last call, and forgets it."""
+    log = {name: x.copy() for name, x in read_log(diagram, context).items()}
+    diagram.GetSubsystemByName(_NAME).FindMutableLog(context).Clear()
+    return log
+
+
 def until_not_finite(log: Log) -> Log:
-    """Returns the log up to its first sample that holds a NaN or an infinity."""
-    finite = np.all(
-        [np.isfinite(x.T).T.reshape(len(x), -1).all(1) for x in log.values()], 0
-    )
+    """Returns the log up to its first sample that holds a NaN or an infinity.
+
+    But for `operator_input`, which holds whatever the operator's device says.
+    """
+    ours = [x for name, x in log.items() if name != signals.OPERATOR_INPUT]
+    finite = np.all([np.isfinite(x.T).T.reshape(len(x), -1).all(1) for x in ours], 0)
     complete = len(finite) if finite.all() else int(np.argmin(finite))
     return {name: x[:complete] for name, x in log.items()}
