@@ -40,7 +40,7 @@ def with_names(
     while (best := graph.most_saving(roots, named, worth)) is not None:
         named.add(best)
     rewritten: dict[int, tuple[Any, int]] = {}
-    names = []
+    names: list[Named] = []
     for number in graph.all_parts():
         part, level = graph.rebuilt(number, rewritten)
         if number in named:

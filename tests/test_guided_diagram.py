@@ -398,15 +398,18 @@ def test_hand_force_gone_non_finite_ends_the_run_and_keeps_the_log(monkeypatch):
         return true_force(p_WE, [factor * v for v in v_WE], *others)
 
     monkeypatch.setattr(guiding_hand, "hand_force", failing)
-    run = simulate(load_scenario("petric_guided", ["duration=4"])[1])
+    overrides = ["duration=4", "compiled=false"]
+    run = simulate(load_scenario("petric_guided", overrides)[1])
     assert_ended_with_its_log(run, 1.5)
     assert "the hand's force is not finite: p_WE = [" in run.died
 
 
-def test_hand_too_stiff_for_the_plant_ends_the_run_and_keeps_the_log():
-    overrides = ["duration=4", "hand.stiffness=1e300", "hand.max_force=1e300"]
+@pytest.mark.parametrize(("compiled", "time"), [("false", 0.002), ("true", 0)])
+def test_hand_too_stiff_for_the_plant_ends_the_run_and_keeps_the_log(compiled, time):
+    overrides = ["hand.stiffness=1e300", "hand.max_force=1e300", "duration=4"]
+    overrides.append(f"compiled={compiled}")
     run = simulate(load_scenario("petric_guided", overrides)[1])
-    assert_ended_with_its_log(run, 0.002)
+    assert_ended_with_its_log(run, time)
 
 
 # --- Bad input ----------------------------------------------------------------------

@@ -73,7 +73,7 @@ def test_force_is_bounded_and_keeps_its_direction(p_WE, v_WE, p_WH, v_WH):
         hand_force(p_WE, v_WE, p_WH, v_WH, dc.replace(hand, max_force=1e300))
     )
     assert math.hypot(*force) <= hand.max_force * (1 + ROUNDING)
-    share = math.hypot(*force) / max(math.hypot(*unbounded), hand.max_force)
+    share = hand.max_force / max(math.hypot(*unbounded), hand.max_force)
     assert force == pytest.approx(share * unbounded, rel=1e-9, abs=1e-9)
 
 

@@ -58,13 +58,13 @@ def test_what_is_inside_the_limits_stays_inside_under_any_held_command(
 
 
 def test_a_minute_of_operator_input_never_leaves_the_workspace():
-    overrides = ["decomposer.share=smoothstep"]
+    overrides = ["decomposer=!Blending {share: smoothstep}"]
     for name in ("kwon_arbitrary", "kwon_spatial"):
         run = simulate(load_scenario(name, overrides)[1])
         excess = metrics(run)["workspace_excess_max"]
         assert max(excess.values()) < ROUNDING
-        printed = metrics(simulate(load_scenario(name)[1]))["workspace_excess_max"]
-        assert min(printed.values()) > 0.05
+        tanh = simulate(load_scenario(name, ["decomposer=blending"])[1])
+        assert min(metrics(tanh)["workspace_excess_max"].values()) > 0.05
 
 
 def test_the_tanh_share_creeps_by_the_logarithm():

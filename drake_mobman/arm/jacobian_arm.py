@@ -6,6 +6,7 @@ Damping after Nakamura & Hanafusa (1986), the null space after Liegeois (1977).
 """
 
 import dataclasses as dc
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,7 +117,8 @@ class JacobianArm:
         plant: Any,
         posture: Any,
         damping: Damping | None = None,
-        reduced: Any = None,
+        p_BT: Callable[[Any], Any] | None = None,
+        p_SE: Callable[[Any], Any] | None = None,
     ) -> None:
         """Takes a finished plant whose last positions are the arm's.
 
@@ -124,7 +126,9 @@ class JacobianArm:
             plant: `MultibodyPlant` with links `base` (B), `tee` (T) and `tool` (E).
             posture: joint angles (n,) to stay near, the hand level [rad].
             damping: that for a Franka arm unless given.
-            reduced: has `p_BT(q)` and `p_SE(q)` in closed form, where the arm has one.
+            p_BT: tells where T is in closed form, where the arm has one.
+            p_SE: tells where E is in closed form, from S in axes turned by the first
+                joint, where the arm has one.
 
         Raises:
             ParameterError: where `damping` is not valid.
@@ -132,7 +136,7 @@ class JacobianArm:
                 does not turn about B's z axis.
         """
         self.damping = checked(damping or Damping())
-        self._reduced = reduced
+        self._p_BT, self._p_SE = p_BT, p_SE
         self.posture = np.array(posture, dtype=float)
         self.joints = n = len(self.posture)
         if n < 6:
@@ -152,8 +156,8 @@ class JacobianArm:
 
     def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the tool."""
-        if self._reduced:
-            x, y, z = self._reduced.p_SE(q)
+        if self._p_SE:
+            x, y, z = self._p_SE(q)
             return sqrt(x * x + y * y), q[0] + atan2(y, x), z
         l, bearing, z = self._hand(self._at(q).X_BE(), q)
         return l, q[0] + bearing, z
@@ -168,8 +172,8 @@ class JacobianArm:
 
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the wrist centre's position in B."""
-        if self._reduced:
-            return self._reduced.p_BT(q)
+        if self._p_BT:
+            return self._p_BT(q)
         x, y, z = self._at(q).p_BT().tolist()
         return x, y, z
 

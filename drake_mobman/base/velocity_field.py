@@ -6,7 +6,7 @@ Petric & Zlajpah, eqs. 1-6, as printed but for the sign of d_r, or projected.
 import dataclasses as dc
 import enum
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.math import atan2, cos, sqrt
@@ -136,7 +136,15 @@ def linear_velocity(d_f: Scalar, d_r: Scalar, params: VelocityField) -> Scalar:
     return where(d_r < params.Delta_r, backward, forward)
 
 
-def yaw_rate(phi: Scalar, params: VelocityField) -> Scalar:
+class Turning(Protocol):
+    """How the base turns towards its hand."""
+
+    K_omega: float  # Yaw rate at phi_max and beyond [rad/s].
+    phi_min: float  # Heading error from which the base turns [rad].
+    phi_max: float  # Heading error from which it turns at K_omega [rad].
+
+
+def yaw_rate(phi: Scalar, params: Turning) -> Scalar:
     """Returns omega [rad/s] (eqs. 5, 6) at the heading error `phi` [rad]."""
     gamma = smoothstep(abs(phi), params.phi_min, params.phi_max)
     return params.K_omega * where(phi < 0, -gamma, gamma)

@@ -251,18 +251,23 @@ def ExactDecomposer_(T: Any) -> Any:
             course = self.course.Eval(context)
             return exact_arm(*self._told(context), sent, course, self.limiter)
 
-        def _told(self, context: Any) -> list[Any]:
-            ports = self.command, self.workspace, self.arm_position
-            return [port.Eval(context) for port in ports]
+        def _told(self, context: Any) -> tuple[Any, Any, Any]:
+            return (
+                self.command.Eval(context),
+                self.workspace.Eval(context),
+                self.arm_position.Eval(context),
+            )
 
         def _calc_base(self, context: Any, output: Any) -> None:
             output.SetFromVector(np.array(self.course.Eval(context).base))
 
         def _calc_share(self, context: Any, output: Any) -> None:
-            base = self.course.Eval(context).base
+            v_b, omega_b = self.course.Eval(context).base
             workspace = self.workspace.Eval(context)
             ahead = self.limiter.arm.p_BS[0]
-            output.SetFromVector(np.array(carried_rates(workspace, *base, ahead)))
+            output.SetFromVector(
+                np.array(carried_rates(workspace, v_b, omega_b, ahead))
+            )
 
         def _calc_arm(self, context: Any, output: Any) -> None:
             output.SetFromVector(np.array(self.present.Eval(context)[0]))

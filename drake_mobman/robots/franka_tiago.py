@@ -46,9 +46,10 @@ class FrankaTiago:
         return Reach(arm.l_0, arm.r_f, arm.p_BS[0])
 
     def arm(self) -> JacobianArm:
-        """Returns the arm's kinematics, by its Jacobian; T in closed form."""
+        """Returns the arm's kinematics, by its Jacobian; T and E in closed form."""
         plant = RobotModel(self).plant
-        return JacobianArm(plant, POSTURE, reduced=reduced_arm(plant))
+        closed = reduced_arm(plant)
+        return JacobianArm(plant, POSTURE, p_BT=closed.p_BT, p_SE=closed.p_SE)
 
 
 @dc.dataclass(frozen=True)

@@ -59,4 +59,4 @@ class Spatial:
         arm = SpatialArm(self.upper_link, self.lower_link, self.hand, p_BS)
         if self.orientation == "reach":
             return arm
-        return JacobianArm(RobotModel(self).plant, POSTURE, reduced=arm)
+        return JacobianArm(RobotModel(self).plant, POSTURE, p_BT=arm.p_BT)

@@ -25,9 +25,13 @@ from drake_mobman import signals
 from drake_mobman.base.velocity_field import field_velocity
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import BlendingDecomposer, blending_shares
-from drake_mobman.decomposers.exact import ExactDecomposer, exact_base
+from drake_mobman.decomposers.exact import (
+    ExactDecomposer,
+    exact_arm,
+    exact_base,
+    exact_course,
+)
 from drake_mobman.decomposers.field import FieldDecomposer
-from drake_mobman.decomposers.limiter import least
 from drake_mobman.decomposers.qp import (
     BoxQp,
     Qp,
@@ -292,18 +296,21 @@ def _by_field(block: Any) -> Callable[..., Any]:
 
 def _exact(block: Any) -> Callable[..., Any]:
     params, limits, limiter = block.params, block.limits, block.limiter
-    ahead, smoothed = limiter.arm.p_BS[0], limiter.base.enabled
 
     def law(command: Any, workspace: Any, q: Any, sent: Any) -> Any:
-        v_b, omega_b = exact_base(command, workspace, params, limits, ahead)
-        rest = exact_rest(command, workspace, (v_b, omega_b), ahead)
-        share = of_hand = least(limiter.followed(q, rest, v_b, omega_b))
-        if smoothed:
-            present = limiter.at_present(q, workspace, command, sent)
-            of_hand = min(share, least(present))
-        slowed = [of_hand * c for c in command]
-        arm = exact_rest(slowed, workspace, sent, ahead)
-        return share * v_b, share * omega_b, *arm
+        told = command, workspace, q
+        course = exact_course(*told, params, limits, limiter)
+        return *course.base, *exact_arm(*told, sent, course, limiter)[0]
+
+    return law
+
+
+def _without_limits(block: Any) -> Callable[..., Any]:
+    params, limits, ahead = block.params, block.limits, block.limiter.arm.p_BS[0]
+
+    def law(command: Any, workspace: Any, _q: Any, sent: Any) -> Any:
+        base = exact_base(command, workspace, params, limits, ahead)
+        return *base, *exact_rest(command, workspace, sent, ahead)
 
     return law
 
@@ -371,6 +378,9 @@ def contenders(scenario: AnyScenario) -> tuple[Contenders, list[str]]:
                 stays = level == COMPILED and contender is at[BLOCK]
                 label = f"{full_name}, in Python" if stays else full_name
                 entered[level][label] = contender
+            if isinstance(block := make(), ExactDecomposer):
+                unlimited = Law(_without_limits(block))
+                entered[LAW][f"{full_name}, without limits"] = unlimited
     nothing = Block(_idle_block(scenario.robot.arm().joints))
     entered[BLOCK][NOTHING] = entered[COMPILED][NOTHING] = nothing
     beside = {REFERENCE: entered[LAW][REFERENCE]}
