@@ -105,7 +105,11 @@ def test_reference_does_at_each_level_what_it_did_in_the_run(scenario, run):
 
 def test_all_levels_of_a_decomposer_do_the_same(scenario, ticks):
     entered, _ = contenders(scenario)
+    unlimited = entered[LAW].pop("exact, without limits")
     assert set(entered[LAW]) == set(entered[BLOCK]) - {NOTHING}
+    # No limit binds here.
+    by_block = told(entered[BLOCK]["exact"], ticks)
+    assert told(unlimited, ticks) == pytest.approx(by_block, abs=ROUNDING)
     for name, law in entered[LAW].items():
         by_law = told(law, ticks)
         by_block = told(entered[BLOCK][name], ticks)

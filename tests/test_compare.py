@@ -155,6 +155,10 @@ def test_own_decomposer_keeps_its_parameters_and_others_have_defaults(tmp_path):
     _, scenario = load_scenario("kwon_1", ["decomposer=switching"])
     variants = with_each(scenario, chosen_decomposers(["blending"]))
     assert variants["blending"].decomposer == Blending()
+    # How sharp goes by the size of the workspace; the share is the decomposer's own.
+    _, scenario = load_scenario("kwon_franka")
+    variants = with_each(scenario, chosen_decomposers(["blending", "diffik"]))
+    assert variants["blending"].decomposer == Blending(alpha=60.0, share="tanh")
 
 
 def test_resolved_scenario_reproduces_the_comparison(tmp_path):

@@ -68,7 +68,8 @@ def with_each(
 ) -> dict[str, Teleop]:
     """Returns the scenario with each of the decomposers, by name.
 
-    The one that it names itself keeps its parameters; the others have their defaults.
+    The one that it names itself keeps its parameters; the others have their defaults,
+    but for how sharply authority passes, which goes by the size of the workspace.
 
     Raises:
         ScenarioError: where nobody commands the hand, or where a decomposer does not
@@ -80,9 +81,8 @@ def with_each(
     model = RobotModel(scenario.robot)
     variants = {}
     for name, kind in decomposers.items():
-        own = isinstance(scenario.decomposer, kind)
-        params = scenario.decomposer if own else kind()
         try:
+            params = _like(scenario.decomposer, kind)
             # A recorded operator has no other to choose.
             variant = dc.replace(scenario, decomposer=params, alternatives=[])
             make_decomposer(checked(variant), model)
@@ -90,6 +90,14 @@ def with_each(
             raise ScenarioError(f"with decomposer={name}: {error}") from None
         variants[name] = variant
     return variants
+
+
+def _like(own: Any, kind: type) -> Any:
+    """Returns `own` if it is of a kind, else that kind's defaults, as sharp as it."""
+    if isinstance(own, kind):
+        return own
+    sharpness = {"alpha", "beta"} & {f.name for f in dc.fields(kind)}
+    return kind(**{key: getattr(own, key) for key in sharpness if hasattr(own, key)})
 
 
 @dc.dataclass
