@@ -94,10 +94,9 @@ def threading_ratios(scenario: AnyScenario, turns: int, stretch: float) -> list[
     Args:
         scenario: of which both are.
         turns: how often it is timed; once more before, to warm up.
-        stretch: simulated at a time [s]; less if the scenario is too short for it.
+        stretch: simulated at a time [s]; at rest, where the scenario ends before.
     """
     pair = [compiled_simulator(scenario) for _ in range(2)]
-    stretch = min(stretch, scenario.duration / (2 * (turns + 1)))
     ratios = []
     with ThreadPoolExecutor(2) as pool:
         for turn in range(turns + 1):
