@@ -12,6 +12,7 @@ from pydrake.systems.primitives import VectorLogSink
 from drake_mobman.console.choices import live
 from drake_mobman.parameters import ParameterError
 from drake_mobman.runs.log import read_log
+from drake_mobman.runs.run_folder import new_folder, write_run
 from drake_mobman.runs.scenario import ScenarioError, load_scenario
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import simulate
@@ -182,6 +183,28 @@ def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
     assert run.log.keys() == log.keys()
     for signal, values in log.items():
         assert run.log[signal].tobytes() == values.tobytes(), signal
+
+
+def test_a_replays_folder_plays_back_by_itself_wherever_it_goes(tmp_path):
+    (tmp_path / "me").mkdir()
+    said = operated(np.random.default_rng(5), 60, 1)
+    given = written(tmp_path / "me", load_scenario("kwon_1")[1], said)
+
+    def replayed(path, folder):
+        run = simulate(load_scenario(str(path))[1])
+        with new_folder(folder) as draft:
+            write_run(run, draft)
+        return run.log
+
+    first = replayed(given, tmp_path / "a" / "me")
+    (tmp_path / "me").rename(tmp_path / "gone")
+    (tmp_path / "a").rename(tmp_path / "moved")
+    copy = tmp_path / "moved" / "me"
+    # Into its own folder, too: it holds nothing but what such a run leaves.
+    again = replayed(copy / "scenario.yaml", copy)
+    assert first["operator_input"].tobytes() == said.tobytes()
+    for signal, values in first.items():
+        assert again[signal].tobytes() == values.tobytes(), signal
 
 
 def test_recording_is_found_beside_its_scenario(tmp_path, monkeypatch):

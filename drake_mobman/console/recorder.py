@@ -2,7 +2,6 @@
 
 import dataclasses as dc
 import json
-import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from drake_mobman.teleop.recorded import COMMANDS, HEADER, Recording, write_samp
 PART = "log.part"
 """The log so far: a line of JSON with the signals' sizes, then samples row by row."""
 
-FILES = (*RUN, COMMANDS, PART)
+FILES = (*RUN, PART)
 """What a folder of a session holds; one with anything else is not ours to replace."""
 
 LONGEST = 86400.0
@@ -105,7 +104,6 @@ def finish(
     scenario = dc.replace(played, duration=last * played.period)
     run = Run(scenario, log, wall_time, np.zeros(0), died)
     with new_folder(folder, FILES) as draft:
-        shutil.copy(folder / COMMANDS, draft)
         numbers = write_run(run, draft)
         if figures:
             write_figures(run, draft)

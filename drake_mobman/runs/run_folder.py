@@ -1,5 +1,6 @@
 """The run folder: what a run leaves behind, whole or not at all."""
 
+import dataclasses as dc
 import json
 import math
 import os
@@ -12,12 +13,21 @@ from typing import Any
 
 import numpy as np
 
+from drake_mobman import signals
 from drake_mobman.runs.figures import draw_figures
 from drake_mobman.runs.metrics import metrics
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import Run
+from drake_mobman.teleop.recorded import COMMANDS, HEADER, Recording, write_samples
 
-RUN = ("scenario.yaml", "log.npz", "metrics.json", "figures", "scene.html")
+RUN = (
+    "scenario.yaml",
+    COMMANDS,
+    "log.npz",
+    "metrics.json",
+    "figures",
+    "scene.html",
+)
 """What a run folder holds; one with anything else is not ours to replace."""
 
 FIELD = ("field_*.png",)
@@ -106,10 +116,18 @@ def new_file(file: Path) -> Iterator[Path]:
 def write_run(run: Run, folder: Path) -> dict[str, Any]:
     """Writes a run's scenario, log and metrics to `folder`; returns the metrics.
 
+    A recorded operator comes along: what he said is in the log.
+
     Raises:
         OSError: where something could not be written.
     """
-    (folder / "scenario.yaml").write_text(dump_typed(run.scenario))
+    scenario = run.scenario
+    if isinstance(getattr(scenario, "source", None), Recording):
+        scenario = dc.replace(scenario, source=Recording())
+        with (folder / COMMANDS).open("wb") as file:
+            file.write(HEADER)
+            write_samples(file, run.log[signals.OPERATOR_INPUT])
+    (folder / "scenario.yaml").write_text(dump_typed(scenario))
     np.savez_compressed(folder / "log.npz", **run.log)  # type: ignore[arg-type]
     numbers = finite(metrics(run))
     text = json.dumps(numbers, indent=2, allow_nan=False)
