@@ -1,6 +1,5 @@
 """One name is one signal: whoever puts it out feeds all who take it."""
 
-import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -8,7 +7,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 
 from drake_mobman import signals
 from drake_mobman.compiled import compiled
-from drake_mobman.robots.servo import Servo
 from drake_mobman.runs.log import log_signals
 from drake_mobman.runs.scenario import Scenario
 
@@ -16,18 +14,9 @@ Ports = dict[str, Any]
 """Output ports by the name of the signal that they put out."""
 
 
-_WORTH = 200
-"""Operations that a system of their own must save beside a plant, which takes several
-steps in each control period."""
-
-
 def as_wanted(scenario: Scenario) -> Callable[[Any], Any]:
     """Returns what makes of a block the one that goes into the scenario's diagram."""
-    if not scenario.compiled:
-        return lambda block: block
-    if isinstance(scenario.fidelity, Servo):
-        return functools.partial(compiled, worth=_WORTH)
-    return compiled
+    return compiled if scenario.compiled else lambda block: block
 
 
 def outputs(systems: Sequence[Any]) -> Ports:

@@ -339,8 +339,9 @@ def drive_until_interrupted(
         from drake_mobman.console.plain import Panel
 
         panel = Panel(session)
-        console.print(f"drive {name} at {panel.url}; Ctrl-C ends it", highlight=False)
-        panel.run()
+        line = f"drive {name} at {panel.url}; Ctrl-C ends it"
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        panel.run(lambda text: console.print(text, highlight=False, markup=False))
         return
     from drake_mobman.console.server import Server
 

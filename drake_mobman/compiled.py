@@ -22,7 +22,7 @@ from pydrake.systems.primitives import (
 from drake_mobman.subexpressions import Named, with_names
 
 
-def compiled(block: Any, **names: int) -> Any:
+def compiled(block: Any) -> Any:
     """Returns a block that does as `block` does, without Python where that goes.
 
     Its ports have the same names and sizes. What it puts out is the same up to the
@@ -33,8 +33,6 @@ def compiled(block: Any, **names: int) -> Any:
     Args:
         block: a `LeafSystem` of vector ports; its state, if any, is one discrete vector
             that is updated every `block.period` [s].
-        names: `worth` of a name, as `with_names` has it; each is a system more, which
-            costs at every step of the diagram, asked or not.
     """
     try:
         # Numpy warns of expressions, as it takes them for numbers that are none.
@@ -42,7 +40,7 @@ def compiled(block: Any, **names: int) -> Any:
             laws = _Laws(block)
     except (AttributeError, RuntimeError, TypeError):
         return block  # It has no conversion to Expression, or its update takes none.
-    return _Compiled(block, laws, **names) if laws.outputs else block
+    return _Compiled(block, laws) if laws.outputs else block
 
 
 class _Laws:
@@ -88,12 +86,10 @@ class _Laws:
             alike.setdefault(frozenset(takes), []).append(name)
         return list(alike.values())
 
-    def with_names(
-        self, **names: int
-    ) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
+    def with_names(self) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
         """Returns update and outputs, and what they have in common."""
         every = [self.update, *self.outputs.values()]
-        named, flat = with_names([e for law in every for e in law], **names)
+        named, flat = with_names([e for law in every for e in law])
         rest = iter(flat)
         update, *outputs = ([next(rest) for _ in law] for law in every)
         return update, dict(zip(self.outputs, outputs, strict=True)), named
@@ -106,9 +102,9 @@ _STATE = "the state"
 class _Compiled(Diagram):
     """A block's laws, in systems of expressions; the block itself for the rest."""
 
-    def __init__(self, block: Any, laws: _Laws, **names: int) -> None:
+    def __init__(self, block: Any, laws: _Laws) -> None:
         super().__init__()
-        update, outputs, named = laws.with_names(**names)
+        update, outputs, named = laws.with_names()
         groups = _grouped(named, laws)
         vectors: dict[Any, Any] = dict(laws.inputs)
         if update:

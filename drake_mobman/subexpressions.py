@@ -10,8 +10,9 @@ from typing import Any
 
 from pydrake.symbolic import Expression, ExpressionKind, Formula, Variable
 
-_WORTH = 40
-"""Operations that a name must save: so many cost as much as handing a value on."""
+_WORTH = 150
+"""Operations that a name must save: a name may take a system of its own, and that costs
+at every step of a diagram as much as so many, asked or not."""
 
 
 @dc.dataclass(frozen=True)

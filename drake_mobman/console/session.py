@@ -229,7 +229,7 @@ class LiveSession:
                     self._show(context, pace)
                     shown = now
                 pace.wait()
-        except Exception as error:  # Nobody else would hear of it.
+        except (Exception, SystemExit) as error:  # Drake's assertions are the latter.
             reason = textwrap.shorten(str(error), 200, placeholder=" ...")
             died = f"died at t = {context.get_time():g} s: {reason}"
         self._drain(context, pace)
