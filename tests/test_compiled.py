@@ -27,6 +27,7 @@ from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
+from drake_mobman.teleop.guard import CommandGuard, Guard
 
 ROUNDING = 1e-12
 """Of a law's handful of operations, in another order."""
@@ -61,6 +62,7 @@ BLOCKS = {
     "planar inverse by rates": lambda: inverse(Planar(), by="rates"),
     "spatial inverse": lambda: inverse(Spatial(), by="positions"),
     "pull": lambda: Pull(Hand(releases=[Release(0.5, 1.0)]), PERIOD),
+    "guard": lambda: CommandGuard(Guard(), PERIOD),
     "robot": lambda: KinematicRobot([0.1, 0.2, 0.3, 0.4, -0.5], PERIOD),
 }
 
@@ -126,7 +128,12 @@ def test_block_of_one_output_is_one_system():
     assert len(compiled(BLOCKS["smoother"]()).GetSystems()) == 1
 
 
-@pytest.mark.parametrize("name", ["smoother", "robot", "pull"])
+@pytest.mark.parametrize("name", BLOCKS)
+def test_nothing_of_it_is_left_to_python(name):
+    assert not compiled(BLOCKS[name]()).HasSubsystemNamed("rest")
+
+
+@pytest.mark.parametrize("name", ["smoother", "robot", "pull", "guard"])
 def test_states_go_the_same_way_under_a_held_input(name):
     def logged(system):
         builder = DiagramBuilder()

@@ -125,7 +125,7 @@ def CommandGuard_(T: Any) -> Any:
 
         def _calc_status(self, context: Any, output: Any) -> None:
             status = command_status(self.raw.Eval(context), self.params)
-            output.SetFromVector(np.array([T(status)]))
+            output.SetFromVector(np.array([T(1.0) * status]))
 
         def _keep_passed(self, context: Any, state: Any) -> None:
             state.get_mutable_vector().SetFromVector(self.passed.Eval(context))
