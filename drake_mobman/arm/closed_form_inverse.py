@@ -2,11 +2,10 @@
 
 from typing import Any
 
-import numpy as np
 from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from drake_mobman import signals
+from drake_mobman.arm.inverse import declare_inverse_ports
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import ArmStatus, JointLimits, bounded_rates
 from drake_mobman.parameters import ParameterError, checked_period
@@ -80,20 +79,7 @@ def ClosedFormInverse_(T: Any) -> Any:
                 raise ParameterError("by", by, f"must be one of {', '.join(INVERSES)}")
             self.arm, self.limits, self.by = arm, limits, by
             self.period = checked_period(period)
-            n = arm.joints
-            self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
-            self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
-            # Said outright, or Drake finds out what depends on what by Expressions.
-            needs = {self.all_input_ports_ticket()}
-            self.DeclareVectorOutputPort(
-                signals.ARM_VELOCITY_COMMAND,
-                n,
-                self._calc_rates,
-                prerequisites_of_calc=needs,
-            )
-            self.DeclareVectorOutputPort(
-                signals.ARM_STATUS, 1, self._calc_status, prerequisites_of_calc=needs
-            )
+            declare_inverse_ports(self, arm.joints, self._invert)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(
@@ -105,7 +91,7 @@ def ClosedFormInverse_(T: Any) -> Any:
                 converter=converter,
             )
 
-        def _bounded(self, context: Any) -> tuple[list[Any], Any]:
+        def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
             q = self.position.Eval(context)
             command = self.command.Eval(context)
             if self.by == "positions":
@@ -114,12 +100,6 @@ def ClosedFormInverse_(T: Any) -> Any:
                 rates, wanting = rates_by_jacobian(self.arm, q, command)
             rates, bound = bounded_rates(rates, q, self.limits, self.period)
             return rates, wanting + bound
-
-        def _calc_rates(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array(self._bounded(context)[0]))
-
-        def _calc_status(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array([self._bounded(context)[1]]))
 
     return Impl
 

@@ -2,13 +2,11 @@
 
 from typing import Any
 
-import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem_, ValueProducer
+from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from drake_mobman import signals
+from drake_mobman.arm.inverse import declare_inverse_ports
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import (
     ArmStatus,
@@ -76,44 +74,16 @@ def DampedInverse_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter=converter)
             self.arm, self.limits = arm, limits
             self.period = checked_period(period)
-            n = arm.joints
-            self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
-            self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
-            # Both outputs come of one evaluation.
-            self.bounded = self.DeclareCacheEntry(
-                "rates and status",
-                ValueProducer(
-                    allocate=lambda: AbstractValue.Make(()), calc=self._calc_bounded
-                ),
-                {self.all_input_ports_ticket()},
-            )
-            needs = {self.bounded.ticket()}
-            self.DeclareVectorOutputPort(
-                signals.ARM_VELOCITY_COMMAND,
-                n,
-                self._calc_rates,
-                prerequisites_of_calc=needs,
-            )
-            self.DeclareVectorOutputPort(
-                signals.ARM_STATUS, 1, self._calc_status, prerequisites_of_calc=needs
-            )
+            declare_inverse_ports(self, arm.joints, self._invert)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(
                 self, other.arm, other.limits, other.period, converter=converter
             )
 
-        def _calc_bounded(self, context: Any, value: Any) -> None:
+        def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
             q, command = self.position.Eval(context), self.command.Eval(context)
-            value.set_value(
-                rates_within_limits(self.arm, q, command, self.limits, self.period)
-            )
-
-        def _calc_rates(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array(self.bounded.Eval(context)[0]))
-
-        def _calc_status(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array([self.bounded.Eval(context)[1]]))
+            return rates_within_limits(self.arm, q, command, self.limits, self.period)
 
     return Impl
 

@@ -2,13 +2,12 @@
 
 from typing import Any
 
-import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem_, ValueProducer
+from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
+from drake_mobman.arm.inverse import declare_inverse_ports
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import (
     ArmStatus,
@@ -146,9 +145,7 @@ def OrientedInverse_(T: Any) -> Any:
                 raise ParameterError("orientation", orientation, valid)
             self.arm, self.limits, self.orientation = arm, limits, orientation
             self.period = checked_period(period)
-            n = arm.joints
-            self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
-            self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
+            declare_inverse_ports(self, arm.joints, self._invert)
             self.ee_command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
             self.base_sent = self.DeclareVectorInputPort(signals.BASE_SENT, 2)
             self.base_pose = self.DeclareVectorInputPort(signals.BASE_POSE, 3)
@@ -156,24 +153,6 @@ def OrientedInverse_(T: Any) -> Any:
             self.DeclareInitializationDiscreteUpdateEvent(self._start)
             if orientation == "turning":
                 self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._turn)
-            # Both outputs come of one evaluation.
-            self.oriented = self.DeclareCacheEntry(
-                "rates and status",
-                ValueProducer(
-                    allocate=lambda: AbstractValue.Make(()), calc=self._calc_oriented
-                ),
-                {self.all_input_ports_ticket(), self.xd_ticket()},
-            )
-            needs = {self.oriented.ticket()}
-            self.DeclareVectorOutputPort(
-                signals.ARM_VELOCITY_COMMAND,
-                n,
-                self._calc_rates,
-                prerequisites_of_calc=needs,
-            )
-            self.DeclareVectorOutputPort(
-                signals.ARM_STATUS, 1, self._calc_status, prerequisites_of_calc=needs
-            )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(
@@ -195,32 +174,24 @@ def OrientedInverse_(T: Any) -> Any:
 
         def _turn(self, context: Any, state: Any) -> None:
             omega_c = self.ee_command.Eval(context)[1]
-            limited = int(self.oriented.Eval(context)[1]) & _LIMITED
+            limited = int(self.inverted.Eval(context)[1]) & _LIMITED
             last = context.get_discrete_state_vector().GetAtIndex(0)
             yaw = self._yaw(context) if limited else last
             state.get_mutable_vector().SetAtIndex(0, yaw + self.period * omega_c)
 
-        def _calc_oriented(self, context: Any, value: Any) -> None:
+        def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
             turning = self.orientation == "turning"
             omega_W = self.ee_command.Eval(context)[1] if turning else 0.0
             yaw = context.get_discrete_state_vector().GetAtIndex(0)
-            value.set_value(
-                oriented_rates(
-                    self.arm,
-                    self.position.Eval(context),
-                    self.command.Eval(context),
-                    omega_W - self.base_sent.Eval(context)[1],
-                    yaw - self.base_pose.Eval(context)[2],
-                    self.limits,
-                    self.period,
-                )
+            return oriented_rates(
+                self.arm,
+                self.position.Eval(context),
+                self.command.Eval(context),
+                omega_W - self.base_sent.Eval(context)[1],
+                yaw - self.base_pose.Eval(context)[2],
+                self.limits,
+                self.period,
             )
-
-        def _calc_rates(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array(self.oriented.Eval(context)[0]))
-
-        def _calc_status(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array([self.oriented.Eval(context)[1]]))
 
     return Impl
 
