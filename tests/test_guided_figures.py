@@ -57,7 +57,7 @@ def test_figures_are_those_of_what_was_logged_and_used(figures):
     followed = set(dict(draw_figures(run_of("petric_teleop"))))
     assert followed == COMMANDED | {"zones", "base_commands"}
     shared = set(dict(draw_figures(run_of("kwon_franka"))))
-    assert shared == COMMANDED | {"kappa", "blending"}
+    assert shared == COMMANDED | {"blending", "base_commands"}
 
 
 def test_zones_are_those_logged_between_their_thresholds(behind, figures):

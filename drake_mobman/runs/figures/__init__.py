@@ -6,6 +6,9 @@ from matplotlib.figure import Figure
 
 from drake_mobman import signals
 from drake_mobman.base.velocity_field import VelocityField
+from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.exact import Exact
+from drake_mobman.decomposers.switching import Switching
 from drake_mobman.runs.figures.guided import (
     draw_base_commands,
     draw_hand_force,
@@ -26,8 +29,13 @@ from drake_mobman.runs.simulate import Run
 Figures = dict[str, Callable[[Run], Figure | None]]
 """What draws each figure; None where the run has nothing to show in it."""
 
-SHARED: Figures = {"kappa": draw_kappa, "blending": draw_blending}
-"""Where base and arm share the command by a law."""
+LAWS: dict[type, Figures] = {
+    Blending: {"kappa": draw_kappa, "blending": draw_blending},
+    Switching: {"kappa": draw_kappa, "blending": draw_blending},
+    Exact: {"blending": draw_blending},
+    VelocityField: {"zones": draw_zones},
+}
+"""What is drawn of the law that the base follows."""
 
 COMMANDED: Figures = {
     "linear": draw_linear,
@@ -39,9 +47,6 @@ COMMANDED: Figures = {
 
 GUIDED: Figures = {"strip": draw_strip, "hand_force": draw_hand_force}
 """Where a hand pulls."""
-
-FOLLOWED: Figures = {"zones": draw_zones}
-"""Where the base follows by a field."""
 
 ALWAYS: Figures = {
     "path": draw_path,
@@ -65,7 +70,6 @@ def draw_figures(run: Run) -> Iterator[tuple[str, Figure]]:
 
 
 def _figures_of(run: Run) -> Figures:
-    followed = isinstance(law_of(run.scenario), VelocityField)
-    law = FOLLOWED if followed else SHARED
+    law = LAWS.get(type(law_of(run.scenario)), {})
     hand = GUIDED if signals.HAND_FORCE in run.log else COMMANDED
     return law | hand | ALWAYS

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from drake_mobman import signals
 from drake_mobman.decomposers.blending import Blending, blending_shares
 from drake_mobman.decomposers.decomposer import ShareLaw
+from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.share import Workspace, base_speed, radial_weight
 from drake_mobman.decomposers.switching import Switching, switching_shares
 from drake_mobman.runs.figures.style import (
@@ -32,6 +33,7 @@ SHARPNESSES = (5.0, 10.0, 21.0, 50.0)
 
 SHARE_LAWS: dict[type, ShareLaw] = {
     Blending: blending_shares,
+    Exact: blending_shares,
     Switching: switching_shares,
 }
 """The law of each decomposer that splits by shares."""
