@@ -3,7 +3,7 @@
 Nothing of Drake is imported until a command needs it: `mobman --help` is quick.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -291,71 +291,75 @@ def drive(
         Path | None, typer.Option(help="A folder to record to, from the start.")
     ] = None,
     host: Annotated[
-        str, typer.Option(help="Where the page is served; others than this machine's.")
+        str, typer.Option(help="Where it is served; beyond this machine, by a token.")
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="The same; 0 for any that is free.")
-    ] = 8080,
+        int | None, typer.Option(min=0, max=65535, help="The same; 0 for any.")
+    ] = None,
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
     plain: Annotated[
         bool, typer.Option("--plain", help="Drive from Meshcat's own panel.")
     ] = False,
 ) -> None:
-    """Simulates a scenario in real time, to be driven from a page in the browser."""
-    from importlib.util import find_spec
-
+    """Simulates in real time, to be driven from a page in the browser."""
     from drake_mobman.console.session import LiveSession
     from drake_mobman.parameters import ParameterError
     from drake_mobman.runs.run_folder import FolderError
     from drake_mobman.runs.scenario import ScenarioError, load_scenario
 
-    if not plain and not find_spec("nicegui"):
-        refuse(
-            "the page needs NiceGUI: pip install 'drake_mobman[console]'; "
-            "or drive with --plain"
-        )
     try:
         name, loaded = load_scenario(scenario, set_)
-        session = LiveSession(loaded, record)
-    except (ScenarioError, FolderError) as error:
+    except ScenarioError as error:
         refuse(error)
+    desk = desk_in_meshcat(host, port) if plain else desk_on_a_page(name, host, port)
+    session = None
+    try:
+        with LiveSession(loaded, record) as session:
+            served = desk(session)
+            line = f"drive {name} at {served.address}; Ctrl-C ends it"
+            console.print(line, soft_wrap=True, highlight=False, markup=False)
+            served.run()
     except ParameterError as error:
         refuse(f"{scenario}: {error}")
-    try:
-        with session:
-            drive_until_interrupted(name, session, host, port, plain)
+    except FolderError as error:
+        refuse(error)
     except KeyboardInterrupt:
-        pass  # As one ends it.
-    if session.snapshot().problem:
+        pass  # It is how one ends it.
+    if session and session.snapshot().problem:
         complain(session.snapshot().problem)
         raise typer.Exit(DIED)
 
 
-def drive_until_interrupted(
-    name: str, session: Any, host: str, port: int, plain: bool
-) -> None:
-    """Serves a session until Ctrl-C, or refuses where it cannot be served."""
-    if plain:
-        from drake_mobman.console.plain import Panel
+def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], Any]:
+    """Returns what serves a session by a page, or refuses where that cannot be."""
+    from importlib.util import find_spec
 
-        panel = Panel(session)
-        line = f"drive {name} at {panel.url}; Ctrl-C ends it"
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
-        panel.run(lambda text: console.print(text, highlight=False, markup=False))
-        return
-    from drake_mobman.console.server import Server
+    if not find_spec("nicegui"):
+        refuse(
+            "the page needs NiceGUI: pip install 'drake_mobman[console]'; "
+            "--plain goes without"
+        )
+    from drake_mobman.console.server import Server, listening
 
     try:
-        server = Server(name, session, host, port)
+        place = listening(host, 8080 if port is None else port)
     except OSError as error:
-        refuse(f"cannot serve at {host}, port {port}: {error.strerror}")
-    console.print(
-        f"drive {name} at {server.address}; Ctrl-C ends it",
-        highlight=False,
-        markup=False,
-        soft_wrap=True,
-    )
-    server.run()
+        refuse(f"cannot serve at {host}, port {port or 8080}: {error.strerror}")
+    return lambda session: Server(name, session, place)
+
+
+def desk_in_meshcat(host: str, port: int | None) -> Callable[[Any], Any]:
+    """Returns what serves a session by Meshcat alone, or refuses."""
+    from drake_mobman.console.plain import Panel
+    from drake_mobman.console.view import local_meshcat
+
+    if host != "127.0.0.1":
+        refuse("--plain is served to this machine alone; --host is for the page")
+    try:
+        meshcat = local_meshcat(port)
+    except RuntimeError as error:
+        refuse(f"cannot serve at port {port}: {error}")
+    return lambda session: Panel(session, meshcat)
 
 
 @app.command()

@@ -36,5 +36,5 @@ def test_wheel_holds_every_file_of_the_package(wheel_names):
     places["scenarios"] = "drake_mobman/scenarios"
     for folder, place in places.items():
         for path in (ROOT / folder).rglob("*"):
-            if path.suffix in {".py", ".urdf", ".yaml", ".typed"}:
+            if path.suffix in {".py", ".urdf", ".yaml", ".typed", ".js", ".css"}:
                 assert f"{place}/{path.relative_to(ROOT / folder)}" in wheel_names
