@@ -1,0 +1,200 @@
+"""How quickly the pad moves the robot, and how well the console lasts.
+
+    python benchmarks/pad_to_robot.py [--minutes 2]
+
+From the browser's event to the base's or arm's commanded velocity; then drives by a
+scripted browser, with the page open: the real-time ratio, and the server's memory. The
+3D view is drawn in software. It takes Chromium, and the extra `test`.
+"""
+
+import argparse
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+from drake_mobman.console import session as session_module
+from drake_mobman.console.server import Server, listening
+from drake_mobman.console.session import LiveSession
+from drake_mobman.runs.scenario import load_scenario
+from drake_mobman.runs.simulate import simulate
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = [
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update"),
+    "--disable-sync",
+    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+]
+MOVES = 200
+"""Of the pad, each of which is timed."""
+
+
+@contextmanager
+def opened(address):
+    """Gives the console's page in Chromium, ready to be driven."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": 1366, "height": 768})
+        page.goto(address)
+        page.wait_for_selector("html[data-ready][data-role=you][data-arming=ready]")
+        yield page
+        browser.close()
+
+
+def middle_of_pad(page):
+    """Returns the pad's middle and radius [pixels]."""
+    box = page.locator(".pad").bounding_box()
+    radius = box["width"] / 2
+    return box["x"] + radius, box["y"] + radius, radius
+
+
+# --- Latency -------------------------------------------------------------------------
+
+
+def latencies():
+    """Returns the times [s] from the pad's events to the robot's commanded velocity."""
+    ticks = []
+
+    def noting(diagram, context):
+        arm = diagram.GetOutputPort("arm_command").Eval(context)
+        base = diagram.GetOutputPort("base_share").Eval(context)
+        ticks.append((time.time(), arm[0] + base[0]))  # v_m + v_bm is v_c.
+
+    session_module.check_finite = noting  # It is called after each tick.
+    _, scenario = load_scenario("kwon_arbitrary")
+    with LiveSession(scenario) as session:
+        server = Server("kwon_arbitrary", session, listening(port=0))
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        with opened(server.address) as page:
+            events = push_about(page)
+        server.close()
+        thread.join()
+    at, moved = np.array(ticks).T
+    most = scenario.guard.max_v_c
+    found = []
+    for sent, share in events:
+        there = (at >= sent) & (abs(moved - share * most) < 1e-9)
+        if there.any():
+            found.append(at[there.argmax()] - sent)
+    print(f"{len(found)} of {len(events)} moves of the pad reached the robot")
+    return np.array(found)
+
+
+def push_about(page):
+    """Pushes the pad to and fro; returns when, by our clock [s], and how far."""
+    page.evaluate(
+        """() => {
+            window.moves = [];
+            const pad = document.querySelector(".pad");
+            pad.addEventListener("pointermove", (event) => moves.push([
+                performance.timeOrigin + event.timeStamp,
+                Number(pad.style.getPropertyValue("--y")),
+            ]));
+        }"""
+    )
+    x, y, radius = middle_of_pad(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.wait_for_selector("html[data-arming=armed]")
+    rng = np.random.default_rng(0)
+    for k in range(MOVES):
+        way = (-1) ** (k // 4)  # The arm stays within its workspace.
+        page.mouse.move(x, y - way * radius * rng.uniform(0.2, 0.75))
+        page.wait_for_timeout(rng.uniform(60, 140))
+    page.mouse.up()
+    offset = clock_offset(page)
+    moves = page.evaluate("moves")
+    # Those before the pad was held moved nothing, and are no less than the first one.
+    return [(at / 1e3 - offset, share) for at, share in moves if share]
+
+
+def clock_offset(page):
+    """Returns by how much the page's clock is ahead of ours [s], at its surest."""
+    best = (np.inf, 0.0)
+    for _ in range(50):
+        before = time.time()
+        theirs = page.evaluate("performance.timeOrigin + performance.now()") / 1e3
+        after = time.time()
+        best = min(best, (after - before, theirs - (before + after) / 2))
+    return best[1]
+
+
+# --- Endurance -----------------------------------------------------------------------
+
+
+def lasts(name, minutes):
+    """Drives by the command line and a scripted browser, and prints how it went."""
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / name
+        command = [sys.executable, "-u", "-m", "drake_mobman.cli", "drive", name]
+        process = subprocess.Popen(
+            [*command, "--port", "0", "--record", str(folder)],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        address = re.search(r"http://\S+(?=;)", process.stdout.readline())[0]
+        with opened(address) as page:
+            drive_about(page, 20.0)  # By then, all is imported and cached.
+            before = memory(process.pid)
+            drive_about(page, 60 * minutes)
+            after = memory(process.pid)
+        process.send_signal(signal.SIGINT)
+        process.wait()
+        numbers = json.loads((folder / "metrics.json").read_text())
+        kept = np.load(folder / "log.npz")
+        run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+        intact = all(kept[k].tobytes() == x.tobytes() for k, x in run.log.items())
+    print(
+        f"{name}: real-time ratio {numbers['real_time_factor']:.4f} over "
+        f"{run.log['time'][-1]:.0f} s, memory {before:.1f} -> {after:.1f} MB in "
+        f"{minutes:g} min, recording {'intact' if intact else 'NOT INTACT'}"
+    )
+
+
+def memory(pid):
+    """Returns how much memory a process holds [MB]."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+)", status)[1]) / 1024
+
+
+def drive_about(page, seconds):
+    """Drives as a person would who tries the pad."""
+    rng = np.random.default_rng(0)
+    x, y, radius = middle_of_pad(page)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        page.wait_for_selector("html[data-arming=ready]")
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for _ in range(int(rng.integers(1, 30))):
+            dx, dy = radius * rng.uniform(-0.7, 0.7, 2)
+            page.mouse.move(x + dx, y + dy, steps=5)
+            page.wait_for_timeout(rng.uniform(50, 400))
+        page.mouse.up()
+
+
+def main():
+    """Prints all of it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=2.0, help="of each drive")
+    minutes = parser.parse_args().minutes
+    median, p99 = 1e3 * np.percentile(latencies(), [50, 99])
+    print(f"pad to robot: median {median:.0f} ms, p99 {p99:.0f} ms")
+    for name in ("kwon_arbitrary", "petric_guided"):
+        lasts(name, minutes)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,137 @@
+"""What pages may say: every message is checked for size, shape and rate."""
+
+import dataclasses as dc
+import json
+import math
+import time
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from drake_mobman.console.inbox import OperatorInput
+
+LARGEST = 512
+"""Most bytes that a message may have."""
+
+RATE = 120.0
+"""Most messages a second that a page may send; ours sends half of that."""
+
+BURST = 120.0
+"""Messages that may come at once, as after a hitch of the link."""
+
+_LARGEST_COUNT = 2**53
+"""Up to where a browser counts without rounding."""
+
+
+class MessageError(ValueError):
+    """A message that no page of ours sends; it ends the connection.
+
+    Args:
+        reason: in a few words.
+        code: by which the socket is closed.
+    """
+
+    TOO_BIG = 1009
+    NOT_OURS = 1008
+
+    def __init__(self, reason: str, code: int = NOT_OURS) -> None:
+        super().__init__(reason)
+        self.code = code
+
+
+@dc.dataclass(frozen=True)
+class Ask:
+    """Something asked for by a button."""
+
+    what: str  # One of `ASKS`.
+    choice: str = ""  # Where a decomposer or field is chosen.
+
+
+ASKS = ("stop", "take", "hand_over", "reset", "record", "end_record", "choose")
+
+
+def parsed(
+    message: str | bytes, largest: tuple[float, float, float]
+) -> OperatorInput | Ask:
+    """Returns what a page says.
+
+    Commands come as shares of the largest. Their numbers may be anything, as the gate
+    is there to say why one does not pass; that they are numbers is checked here.
+
+    Args:
+        message: a JSON object.
+        largest: magnitudes of v_c, v_z [m/s] and omega_c [rad/s] at a full stick.
+
+    Raises:
+        MessageError: if no page of ours says such a thing.
+    """
+    if not isinstance(message, str):
+        raise MessageError("not text")
+    if len(message.encode(errors="replace")) > LARGEST:
+        raise MessageError("too long", MessageError.TOO_BIG)
+    try:
+        # Values are turned into what they are to be below, or not at all.
+        said = json.loads(message, parse_constant=_no_constant)
+    except (ValueError, RecursionError):
+        raise MessageError("not JSON") from None
+    if not isinstance(said, dict):
+        raise MessageError("not an object")
+    return _ask(said) if "ask" in said else _input(said, largest)
+
+
+def _ask(said: dict[str, Any]) -> Ask:
+    choice = said.get("choice", "")
+    known = said["ask"] in ASKS and isinstance(choice, str)
+    if not (known and said.keys() <= {"ask", "choice"}):
+        raise MessageError("not something to ask for")
+    return Ask(said["ask"], choice)
+
+
+def _input(said: dict[str, Any], largest: tuple[float, float, float]) -> OperatorInput:
+    names = {"sequence", "v_c", "omega_c", "v_z", "dead_man", "sent"}
+    if said.keys() != names or not isinstance(said["dead_man"], bool):
+        raise MessageError("not an input")
+    sequence, sent = said["sequence"], _number(said["sent"])
+    counted = type(sequence) is int and 0 <= sequence <= _LARGEST_COUNT
+    if not (counted and math.isfinite(sent)):
+        raise MessageError("not an input")
+    shares = (_number(said[name]) for name in ("v_c", "omega_c", "v_z"))
+    v_c, omega_c, v_z = (x * most for x, most in zip(shares, largest, strict=True))
+    return OperatorInput(sequence, v_c, omega_c, v_z, said["dead_man"], sent)
+
+
+def _number(value: Any) -> float:
+    if type(value) not in (int, float):
+        raise MessageError("not a number")
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise ValueError(name)  # NaN and Infinity are not JSON.
+
+
+class Rate:
+    """Counts messages: so many may come at once, and so many a second.
+
+    Args:
+        clock: the wall's [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._room = BURST
+        self._last = clock()
+
+    def count(self) -> None:
+        """Counts a message.
+
+        Raises:
+            MessageError: where it is one too many.
+        """
+        now = self._clock()
+        self._room = min(BURST, self._room + RATE * (now - self._last)) - 1
+        self._last = now
+        if self._room < 0:
+            raise MessageError("too many messages")

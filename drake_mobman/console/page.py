@@ -1,0 +1,112 @@
+"""The console's page, laid out by NiceGUI.
+
+Elements have names that the scripts in `static/` know: these drive by what is done to
+them, and show what the session is doing.
+"""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from nicegui import ui
+
+from drake_mobman.console.plots import SPAN, plots
+from drake_mobman.console.session import LiveSession
+from drake_mobman.runs.scenario import AnyScenario
+
+_HEAD = '<link rel="stylesheet" href="/static/console.css">'
+_BODY = '<script type="module" src="/static/console.js"></script>'
+
+
+def add_page(name: str, session: LiveSession) -> None:
+    """Adds the page of a session at `/`."""
+
+    @ui.page("/")
+    def page() -> None:
+        ui.add_head_html(_HEAD)
+        ui.add_body_html(_BODY)
+        with _block("console"):
+            _bar(name)
+            _view()
+            _controls(session)
+            _plots(session.scenario)
+
+
+@contextmanager
+def _block(class_: str, tag: str = "div", **attributes: str) -> Iterator[ui.element]:
+    """Gives an element to put others in."""
+    with _element(class_, tag, **attributes) as element:
+        yield element
+
+
+def _element(class_: str, tag: str = "div", **attributes: str) -> ui.element:
+    element = ui.element(tag).classes(class_)
+    element.props.update({key.replace("_", "-"): x for key, x in attributes.items()})
+    return element
+
+
+def _text(class_: str, text: str = "", tag: str = "div", **attributes: str) -> None:
+    with _block(class_, tag, **attributes):
+        ui.html(text, sanitize=False, tag="span")
+
+
+def _button(text: str, ask: str, title: str) -> None:
+    """Adds a button that asks for something; see `messages.ASKS`."""
+    _text(f"button {ask}", text, "button", data_ask=ask, title=title)
+
+
+def _bar(name: str) -> None:
+    """Adds what is seen and pressed first: how things are, and STOP."""
+    with _block("bar"):
+        with _block("says"):
+            _text("status", "connecting ...", role="status")
+            with _block("facts"):
+                _text("fact name", name)
+                _text("fact role")
+                _text("fact time")
+                _text("fact ratio", title="Simulated over wall time")
+                _text("fact recording")
+            _text("notice")
+        _button("STOP", "stop", "Stops the robot, whoever drives (Escape)")
+
+
+def _view() -> None:
+    with _block("view"):
+        _element("scene", "iframe", src="/view/", title="The robot in 3D")
+
+
+def _controls(session: LiveSession) -> None:
+    with _block("controls"):
+        with _block("sticks"):
+            _stick("pad", "hand out", "turn")
+            _stick("lever", "up", "down")
+        with _block("settings"):
+            _button("Take the stick", "take", "Drive from this page")
+            _button("Hand over", "hand_over", "Let another page drive")
+            _button("Reset", "reset", "Start over")
+            _button("Record", "record", "Start over, and record")
+            _button("End recording", "end_record", "Keep what is recorded")
+            with _block("choose", "select", title="Who tells base and arm what to do"):
+                for choice in session.choices:
+                    _text("", choice, "option", value=choice)
+        _text("help", _HELP)
+
+
+_HELP = (
+    "Hold the pad or the lever to drive, let go to stop. "
+    '<span class="keys">Keys: hold <b>Space</b>, steer by arrows or <b>WASD</b>, up and'
+    " down by <b>R</b> <b>F</b>; <b>Esc</b> stops. Gamepad: hold a trigger.</span>"
+)
+
+
+def _stick(name: str, *labels: str) -> None:
+    with _block(f"stick {name}", aria_label=" and ".join(labels)):
+        _element("knob")
+
+
+def _plots(scenario: AnyScenario) -> None:
+    with _block("plots"):
+        for plot in plots(scenario):
+            keys = json.dumps(list(plot.series.values()))
+            chart = ui.echart(plot.options()).classes("plot")
+            chart.props.update({"data-keys": keys, "data-span": str(SPAN)})

@@ -1,0 +1,224 @@
+"""The console's server: the page, the socket that it drives by, and Meshcat behind it.
+
+All that acts comes by one socket of ours, where origin, size, shape and rate are
+checked; NiceGUI lays out the page, and hears nothing.
+"""
+
+import asyncio
+import json
+import secrets
+import socket
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import uvicorn
+from fastapi import FastAPI, Response, WebSocket, WebSocketDisconnect
+from nicegui import app as nicegui_app
+from nicegui import ui
+from starlette.staticfiles import StaticFiles
+
+from drake_mobman.console.desk import Desk, Page
+from drake_mobman.console.door import Door, is_loopback
+from drake_mobman.console.messages import MessageError
+from drake_mobman.console.page import add_page
+from drake_mobman.console.session import LiveSession
+from drake_mobman.console.state import state
+from drake_mobman.console.view import Viewer
+
+STATIC = Path(__file__).parent / "static"
+
+TELL = 1 / 20
+"""Between two times that a page is told the session's state [s]."""
+
+_GONE = (RuntimeError, WebSocketDisconnect)
+"""What it comes to when one writes to a browser that has gone."""
+
+_LARGEST = 65536
+"""Most bytes in a message to the server, NiceGUI's own included."""
+
+
+class Server:
+    """Serves the console of a session; one in a process.
+
+    Args:
+        name: of what is driven.
+        session: that is driven.
+        place: where to serve; see `listening`. Where that is seen beyond this machine,
+            a token is asked for.
+    """
+
+    def __init__(self, name: str, session: LiveSession, place: socket.socket) -> None:
+        self._place = place
+        self._host, self.port, *_ = place.getsockname()
+        self.token = None if is_loopback(self._host) else secrets.token_urlsafe(16)
+        self.desk = Desk(session, lambda: _new_folder(name))
+        self._viewer = Viewer(session)
+        app = FastAPI(
+            lifespan=self._open, docs_url=None, redoc_url=None, openapi_url=None
+        )
+        self._session = session
+        self._shoulder = session.scenario.robot.arm().p_BS[0]
+        app.add_api_websocket_route("/drive", self._drive)
+        app.add_api_route("/view/{path:path}", self._view)
+        app.add_api_websocket_route("/view/", self._stream_view)
+        app.mount("/static", _Fresh(directory=STATIC))
+        add_page(name, session)
+        ui.run_with(
+            app,
+            title=f"{name} · mobman drive",
+            favicon="🦾",
+            dark=True,
+            show_welcome_message=False,
+        )
+        # In place of what `run_with` has put there, which walks through all of Python's
+        # objects: Drake, at work in another thread, does not survive that.
+        app.router.lifespan_context = self._open
+        config = uvicorn.Config(
+            Door(app, self.token),
+            log_level="warning",
+            ws_max_size=_LARGEST,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
+        )
+        self._uvicorn = uvicorn.Server(config)
+
+    @property
+    def address(self) -> str:
+        """Returns what to open in a browser."""
+        everywhere = self._host in {"0.0.0.0", "::"}
+        host = socket.gethostname() if everywhere else self._host
+        host = f"[{host}]" if ":" in host else host
+        address = f"http://{host}:{self.port}/"
+        return f"{address}?token={self.token}" if self.token else address
+
+    @property
+    def serves(self) -> bool:
+        """Returns whether it answers by now."""
+        return self._uvicorn.started
+
+    def run(self) -> None:
+        """Serves until `close` or, in the main thread, Ctrl-C."""
+        try:
+            self._uvicorn.run(sockets=[self._place])
+        finally:
+            self._viewer.close()
+
+    def close(self) -> None:
+        """Has `run` return."""
+        self._uvicorn.should_exit = True
+
+    @asynccontextmanager
+    async def _open(self, _app: FastAPI) -> AsyncIterator[None]:
+        nicegui_runs = nicegui_app.router.lifespan_context(nicegui_app)
+        async with nicegui_runs, aiohttp.ClientSession() as self._meshcat:
+            yield
+
+    # The socket that pages drive by.
+
+    async def _drive(self, browser: WebSocket) -> None:
+        """Serves a page from when it opens until it is gone, or says what none does."""
+        await browser.accept()
+        page = self.desk.join()
+        telling = asyncio.create_task(self._tell(browser, page))
+        wrong = None
+        try:
+            while (said := await browser.receive())["type"] == "websocket.receive":
+                self.desk.hear(page, said.get("text") or said.get("bytes") or "")
+        except MessageError as error:
+            wrong = error
+        finally:
+            self.desk.leave(page)
+            telling.cancel()
+        if wrong:
+            with suppress(*_GONE):
+                await browser.close(wrong.code, str(wrong))
+
+    async def _tell(self, browser: WebSocket, page: Page) -> None:
+        """Tells a page how things are; one that does not listen holds up nobody."""
+        with suppress(*_GONE):
+            while True:
+                said = state(self._session.snapshot(), self._shoulder)
+                said |= {
+                    "role": self.desk.role(page),
+                    "pages": len(self.desk.pages),
+                    "asked": self.desk.asked,
+                    "notice": page.notice,
+                }
+                await browser.send_text(json.dumps(said))
+                await asyncio.sleep(TELL)
+
+    # Meshcat, which is served to this machine alone, and knows no token.
+
+    async def _view(self, path: str) -> Response:
+        """Passes on a file of Meshcat's page."""
+        async with self._meshcat.get(f"{self._viewer.url}/{path}") as found:
+            kind = found.headers.get("content-type")
+            return Response(await found.read(), found.status, media_type=kind)
+
+    async def _stream_view(self, browser: WebSocket) -> None:
+        """Passes on what Meshcat draws, and nothing back."""
+        await browser.accept()
+        url = self._viewer.url.replace("http", "ws", 1)
+        async with self._meshcat.ws_connect(url, max_msg_size=0) as meshcat:
+            ends = {
+                asyncio.create_task(_pumped(meshcat, browser)),
+                asyncio.create_task(_drained(browser)),
+            }
+            try:
+                await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for end in ends:
+                    end.cancel()
+                await asyncio.gather(*ends, return_exceptions=True)
+
+
+class _Fresh(StaticFiles):
+    """Files that a browser asks for anew each time, as they change with our version."""
+
+    def file_response(self, *args: Any, **kwargs: Any) -> Response:
+        response = super().file_response(*args, **kwargs)
+        response.headers["cache-control"] = "no-cache"
+        return response
+
+
+async def _pumped(meshcat: aiohttp.ClientWebSocketResponse, browser: WebSocket) -> None:
+    async for message in meshcat:
+        await browser.send_bytes(message.data)
+
+
+async def _drained(browser: WebSocket) -> None:
+    """Waits until a browser has gone; what it says until then is not listened to."""
+    while (await browser.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+def listening(host: str = "127.0.0.1", port: int = 8080) -> socket.socket:
+    """Returns a socket to serve at.
+
+    Args:
+        host: name or address of this machine.
+        port: 0 for any that is free.
+
+    Raises:
+        OSError: where it cannot be had.
+    """
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    family, _, _, _, address = found[0]
+    place = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        place.bind(address)
+        place.listen()  # Of two who may bind, only one may listen.
+    except OSError:
+        place.close()
+        raise
+    return place
+
+
+def _new_folder(name: str) -> Path:
+    """Returns where a recording goes that the page has asked for."""
+    return Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"

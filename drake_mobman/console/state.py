@@ -1,0 +1,62 @@
+"""What pages are told of a session, many times a second."""
+
+import math
+from typing import Any
+
+from drake_mobman import signals
+from drake_mobman.console.session import Snapshot
+
+
+def state(snapshot: Snapshot, shoulder: float) -> dict[str, Any]:
+    """Returns a snapshot in the numbers that a page shows; what is not finite is None.
+
+    Args:
+        snapshot: of a session.
+        shoulder: d of p_BS = (d, 0, l_0) [m].
+    """
+    said: dict[str, Any] = {
+        "time": snapshot.time,
+        "text": snapshot.text,
+        "problem": snapshot.problem,
+        "arming": int(snapshot.arming),
+        "choice": snapshot.choice,
+        "ratio": snapshot.real_time_ratio,
+        "recording": str(snapshot.recording or ""),
+        "error": snapshot.hand_error,
+    }
+    if signals.WORKSPACE in snapshot.signals:
+        said |= _motion(snapshot, shoulder)
+    return {name: _shown(value) for name, value in said.items()}
+
+
+def _motion(snapshot: Snapshot, shoulder: float) -> dict[str, float]:
+    """Returns where the hand is, and what base and arm make of its speed.
+
+    Along the reach, l_dot = v_c - v_b cos(psi) - omega_b d sin(psi): the base carries
+    the hand by the last two terms, and the arm moves it by l_dot.
+    """
+    get = snapshot.signals
+    l, psi, z = get[signals.WORKSPACE]
+    v_b, omega_b = get[signals.BASE_SENT]
+    base = v_b * math.cos(psi) + omega_b * shoulder * math.sin(psi)
+    if signals.ARM_COMMAND in get:
+        arm = get[signals.ARM_COMMAND][0]
+    else:
+        theta = get[signals.BASE_POSE][2]
+        x_dot, y_dot, _ = get[signals.TOOL_VELOCITY]
+        arm = x_dot * math.cos(theta + psi) + y_dot * math.sin(theta + psi) - base
+    return {
+        "l": l,
+        "psi": psi,
+        "z": z,
+        "v_b": v_b,
+        "omega_b": omega_b,
+        "base": base,
+        "arm": arm,
+    }
+
+
+def _shown(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return round(value, 5) if math.isfinite(value) else None

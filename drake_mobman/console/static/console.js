@@ -1,0 +1,119 @@
+// The operator's side of the console: pad, lever, keys and gamepad make one command,
+// which is said 30 times a second as long as somebody is there to say it.
+
+import { Charts } from "./charts.js";
+import { Gamepads } from "./gamepad.js";
+import { Handle } from "./handle.js";
+import { Keys } from "./keys.js";
+import { Link } from "./link.js";
+import { Scene } from "./scene.js";
+import { show, showClosed } from "./show.js";
+
+const BEAT = 1000 / 30; // Between two messages, changed or not [ms].
+const SOONEST = 12; // Between two messages, if something changed [ms].
+
+await loaded(".lever .knob");
+
+let sequence = 0;
+let said = -Infinity; // When the last message was sent [ms].
+let due = performance.now(); // When the next beat was to come [ms].
+let operates = false;
+
+const scene = new Scene(document.querySelector(".scene"));
+const charts = new Charts(document.querySelectorAll(".plot"));
+const link = new Link(
+  (state) => {
+    if (operates && state.role !== "you") neutral();
+    operates = state.role === "you";
+    show(state);
+    charts.add(state);
+  },
+  (why) => {
+    neutral();
+    operates = false;
+    showClosed(why);
+  },
+);
+const stop = () => link.insist({ ask: "stop" });
+const pad = new Handle(document.querySelector(".pad"), "xy", changed, neutral);
+const lever = new Handle(document.querySelector(".lever"), "y", changed, neutral);
+const keys = new Keys(changed, stop);
+const gamepads = new Gamepads(neutral, stop);
+const devices = [pad, lever, keys, gamepads];
+
+// To the right, up and away from the ground, each within [-1, 1].
+function pushed() {
+  const sum = (...shares) => Math.max(-1, Math.min(1, shares.reduce((a, b) => a + b)));
+  return {
+    x: sum(pad.x, keys.x, gamepads.x),
+    y: sum(pad.y, keys.y, gamepads.y),
+    z: sum(lever.y, keys.z, gamepads.z),
+  };
+}
+
+function isHere() {
+  return document.visibilityState === "visible" && document.hasFocus();
+}
+
+function say(send = (message) => link.send(message)) {
+  const { x, y, z } = pushed();
+  const now = performance.now();
+  const sent = send({
+    sequence: ++sequence,
+    v_c: y,
+    omega_c: -x, // To the left is positive.
+    v_z: z,
+    dead_man: devices.some((device) => device.held),
+    sent: now / 1000,
+  });
+  if (sent) said = now;
+}
+
+function beat() {
+  const now = performance.now();
+  if (isHere()) scene.came_late(now - due);
+  due = now + BEAT;
+  gamepads.poll();
+  if (!isHere()) lose();
+  else if (operates) say();
+}
+
+// Says at once what an event changed; what comes too soon waits for the next beat.
+function changed(at) {
+  document.documentElement.dataset.changed = at; // [ms], as `performance.now()` counts.
+  const let_go = !devices.some((device) => device.held);
+  if (operates && isHere() && (let_go || performance.now() - said >= SOONEST)) say();
+}
+
+// Lets everything go, and says so even if nobody is here any more.
+function neutral() {
+  for (const device of devices) device.neutral();
+  if (operates) say((message) => link.insist(message));
+}
+
+// The same, where not every loss of attention comes as an event.
+function lose() {
+  if (devices.some((device) => device.held)) neutral();
+}
+
+window.addEventListener("blur", neutral);
+window.addEventListener("pagehide", neutral);
+document.addEventListener("visibilitychange", neutral);
+document.addEventListener("freeze", neutral);
+document.addEventListener("click", (event) => {
+  const ask = event.target.closest("[data-ask]")?.dataset.ask;
+  if (ask) link.insist({ ask });
+});
+document.querySelector(".choose").addEventListener("change", (event) => {
+  link.insist({ ask: "choose", choice: event.target.value });
+  event.target.blur(); // Arrow keys are for steering.
+});
+setInterval(beat, BEAT);
+document.documentElement.dataset.ready = "";
+
+// Waits until NiceGUI has laid out the page.
+async function loaded(selector) {
+  while (!document.querySelector(selector)) {
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}

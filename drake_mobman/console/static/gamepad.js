@@ -1,0 +1,42 @@
+// A gamepad: the left stick is the pad, the right one the lever, a trigger the dead-man.
+
+const DEAD = 0.12; // Worn sticks do not quite return.
+const TRIGGERS = [6, 7]; // Of the standard mapping.
+const STOP = 1; // The button to the right, B or a circle.
+
+export class Gamepads {
+  // `lost()` is called where one is unplugged, `stop()` where its button is pressed.
+  constructor(lost, stop) {
+    this.stop = stop;
+    this.pressed = false;
+    this.neutral();
+    window.addEventListener("gamepaddisconnected", lost);
+  }
+
+  neutral() {
+    this.x = this.y = this.z = 0;
+    this.held = false;
+    this.waits = true; // Until triggers are let go: a press before counts no more.
+  }
+
+  // Looks at the gamepad, which sends no events; the first that is there counts.
+  poll() {
+    const pad = [...(navigator.getGamepads?.() ?? [])].find((one) => one?.connected);
+    if (!pad) return this.neutral();
+    const pulled = TRIGGERS.some((i) => pad.buttons[i]?.value > 0.5);
+    if (!pulled) this.waits = false;
+    this.held = pulled && !this.waits;
+    this.x = axis(pad, 0);
+    this.y = -axis(pad, 1);
+    this.z = -axis(pad, 3);
+    const stops = Boolean(pad.buttons[STOP]?.pressed);
+    if (stops && !this.pressed) this.stop();
+    this.pressed = stops;
+  }
+}
+
+function axis(pad, i) {
+  const value = pad.axes[i] ?? 0;
+  const beyond = Math.max(0, Math.abs(value) - DEAD) / (1 - DEAD);
+  return Math.sign(value) * Math.min(1, beyond);
+}

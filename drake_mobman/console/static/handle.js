@@ -1,0 +1,74 @@
+// Something to hold and push: the round pad, or a lever that goes up and down.
+// It springs back when it is let go, and to hold it is the dead-man.
+
+const DEAD = 0.06; // Share of its way that a handle may be off its middle by mistake.
+
+export class Handle {
+  // `axes` is "xy" or "y"; `changed(at)` is called with the event's time [ms], and
+  // `lost()` where the finger or mouse is taken away without having let go.
+  constructor(element, axes, changed, lost) {
+    this.element = element;
+    this.knob = element.querySelector(".knob");
+    this.axes = axes;
+    this.changed = changed;
+    this.pointer = null;
+    this.x = this.y = 0; // To the right and up, within [-1, 1].
+    element.addEventListener("pointerdown", (event) => this.#take(event));
+    element.addEventListener("pointermove", (event) => {
+      if (event.pointerId === this.pointer) this.#move(event);
+    });
+    element.addEventListener("pointerup", (event) => {
+      if (event.pointerId === this.pointer) this.#let_go(event.timeStamp);
+    });
+    for (const kind of ["pointercancel", "lostpointercapture"]) {
+      element.addEventListener(kind, (event) => {
+        if (event.pointerId === this.pointer) lost();
+      });
+    }
+    element.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  get held() {
+    return this.pointer !== null;
+  }
+
+  // Back to the middle, held no more: who still presses has to press anew.
+  neutral() {
+    this.pointer = null;
+    this.#set(0, 0);
+  }
+
+  #take(event) {
+    if (this.held || (event.pointerType === "mouse" && event.button !== 0)) return;
+    event.preventDefault();
+    window.focus(); // The 3D view may have it, and keys with it.
+    this.pointer = event.pointerId;
+    this.element.setPointerCapture(event.pointerId);
+    this.#move(event);
+  }
+
+  #move(event) {
+    const box = this.element.getBoundingClientRect();
+    const reach = (Math.min(box.width, box.height) / 2) * 0.8;
+    const along = this.axes === "y" ? (box.height / 2) * 0.8 : reach;
+    const x = this.axes === "y" ? 0 : (event.clientX - box.x - box.width / 2) / reach;
+    const y = -(event.clientY - box.y - box.height / 2) / along;
+    const far = Math.hypot(x, y);
+    const share = far < DEAD ? 0 : Math.min(1, (far - DEAD) / (1 - DEAD)) / far;
+    this.#set(x * share, y * share);
+    this.changed(event.timeStamp);
+  }
+
+  #let_go(at) {
+    this.neutral();
+    this.changed(at);
+  }
+
+  #set(x, y) {
+    this.x = x;
+    this.y = y;
+    this.element.style.setProperty("--x", x);
+    this.element.style.setProperty("--y", y);
+    this.element.classList.toggle("held", this.held);
+  }
+}

@@ -1,0 +1,55 @@
+// The keyboard: the space bar is the dead-man, arrows and letters steer.
+
+const STEER = {
+  ArrowUp: ["y", 1], KeyW: ["y", 1],
+  ArrowDown: ["y", -1], KeyS: ["y", -1],
+  ArrowRight: ["x", 1], KeyD: ["x", 1],
+  ArrowLeft: ["x", -1], KeyA: ["x", -1],
+  KeyR: ["z", 1], PageUp: ["z", 1],
+  KeyF: ["z", -1], PageDown: ["z", -1],
+};
+
+export class Keys {
+  // `changed(at)` is called with the event's time [ms], `stop()` on Escape.
+  constructor(changed, stop) {
+    this.down = new Set();
+    // Before anything on the page: a space bar is not to press the button last used.
+    window.addEventListener("keydown", (event) => {
+      if (event.code === "Escape") return stop();
+      if (event.ctrlKey || event.altKey || event.metaKey) return;
+      if (!this.#is_ours(event)) return;
+      event.preventDefault();
+      if (event.repeat) return;
+      this.down.add(event.code);
+      changed(event.timeStamp);
+    }, true);
+    window.addEventListener("keyup", (event) => {
+      if (this.#is_ours(event)) event.preventDefault();
+      if (this.down.delete(event.code)) changed(event.timeStamp);
+    }, true);
+  }
+
+  get held() {
+    return this.down.has("Space");
+  }
+
+  get x() { return this.#sum("x"); }
+  get y() { return this.#sum("y"); }
+  get z() { return this.#sum("z"); }
+
+  neutral() {
+    this.down.clear();
+  }
+
+  #is_ours(event) {
+    return event.code in STEER || event.code === "Space";
+  }
+
+  #sum(axis) {
+    const pushed = new Set(); // By two keys, a way is still pushed once.
+    for (const code of this.down) {
+      if (STEER[code]?.[0] === axis) pushed.add(STEER[code][1]);
+    }
+    return [...pushed].reduce((sum, way) => sum + way, 0);
+  }
+}

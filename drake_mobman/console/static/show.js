@@ -1,0 +1,39 @@
+// What the session says of itself, shown.
+
+const ARMING = ["latched", "ready", "armed"];
+const ROLE = {
+  you: "you drive",
+  another: "you watch, another page drives",
+  nobody: "nobody drives",
+};
+
+const find = (name) => document.querySelector(`.${name}`);
+
+function put(name, text) {
+  const element = find(name);
+  if (element && element.textContent !== text) element.textContent = text;
+}
+
+export function show(state) {
+  const root = document.documentElement.dataset;
+  root.role = state.role;
+  root.arming = ARMING[state.arming];
+  root.recording = state.recording ? "on" : "off";
+  root.asked = state.asked && state.role === "you" ? "yes" : "no";
+  put("status", state.text);
+  put("role", ROLE[state.role] + (state.pages > 1 ? ` · ${state.pages} pages` : ""));
+  put("time", `${state.time.toFixed(1)} s`);
+  put("ratio", state.ratio === null ? "" : `× ${state.ratio.toFixed(2)}`);
+  put("recording", state.recording ? `recording to ${state.recording}` : "");
+  const asked = state.asked && state.role === "you" ? "another page asks for the stick" : "";
+  put("notice", state.problem || state.notice || asked);
+  const choose = find("choose");
+  if (document.activeElement !== choose) choose.value = state.choice;
+}
+
+export function showClosed(why) {
+  const root = document.documentElement.dataset;
+  root.role = "nobody";
+  root.arming = "latched";
+  put("status", "no connection to the session" + (why ? `: ${why}` : ""));
+}

@@ -1,0 +1,610 @@
+"""The console from end to end, in Chromium: what a person does, what the robot does.
+
+Where there is no Chromium nothing of this runs; continuous integration installs it.
+Times are generous but for those that are promised.
+"""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager, suppress
+
+import numpy as np
+import pytest
+from playwright.sync_api import sync_playwright
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from drake_mobman.console.plain import Panel
+from drake_mobman.console.server import Server, listening
+from drake_mobman.console.session import LiveSession
+from drake_mobman.console.view import local_meshcat
+from drake_mobman.runs.scenario import load_scenario
+from drake_mobman.runs.simulate import simulate
+from drake_mobman.teleop.gate import Arming, GateStatus
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+pytestmark = pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+
+FLAGS = [
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update"),
+    "--disable-sync",
+    # The 3D view is drawn in software.
+    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+]
+
+PATIENCE = 30.0
+"""Of a test that waits for what is to happen at once [s]."""
+
+LAPTOP, PHONE = {"width": 1366, "height": 768}, {"width": 390, "height": 844}
+
+
+@pytest.fixture(scope="module")
+def session():
+    # What has no smoother stops at once; here the base has to brake.
+    _, scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
+    with LiveSession(scenario) as session:
+        yield session
+
+
+@pytest.fixture(scope="module")
+def server(session):
+    server = Server("kwon_arbitrary", session, listening(port=0))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    until(lambda: server.serves, "it serves")
+    yield server
+    server.close()
+    thread.join()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+class Console:
+    """A page in the browser, and what a person does there."""
+
+    def __init__(self, browser, address, size=LAPTOP, **options):
+        self.context = browser.new_context(viewport=size, **options)
+        self.page = self.context.new_page()
+        self.asked_for, self.errors = [], []
+        self.held = False  # Whether the pad is.
+        self.page.on("request", lambda request: self.asked_for.append(request.url))
+        self.page.on("websocket", lambda socket: self.asked_for.append(socket.url))
+        # A bound method of a list will not do.
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.goto(address)
+        self.page.wait_for_selector("html[data-ready][data-role]")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.context.close()
+
+    def until(self, condition, what):
+        """Waits, while what the browser says is heard."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, what
+            self.page.wait_for_timeout(20)
+
+    def says(self, **facts):
+        """Waits until the page says so, by its root's attributes."""
+        for name, value in facts.items():
+            self.page.wait_for_selector(f"html[data-{name}={value}]")
+
+    def push(self, x, y):
+        """Holds the pad, pushed to the right and forward by shares of its way."""
+        if self.held:
+            return
+        self.held = True
+        box = self.page.locator(".pad").bounding_box()
+        radius = box["width"] / 2
+        middle = box["x"] + radius, box["y"] + radius
+        mouse = self.page.mouse
+        mouse.move(*middle)
+        mouse.down()
+        self.says(arming="armed")
+        mouse.move(middle[0] + x * radius, middle[1] - y * radius, steps=4)
+
+    def drive(self, condition, what):
+        """Pushes the pad forward until something is so, and holds it there.
+
+        A page that cannot keep up with drawing on a busy machine is stopped, as it has
+        to be: then the pad is let go, and pushed again.
+        """
+        self.push(0.0, 1.0)
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, what
+            self.page.wait_for_timeout(20)
+            if self.page.get_attribute("html", "data-arming") == "latched":
+                self.release()
+                self.says(arming="ready")
+                self.push(0.0, 1.0)
+
+    def release(self):
+        self.page.mouse.up()
+        self.held = False
+
+    @property
+    def status(self):
+        return self.page.inner_text(".status")
+
+
+@pytest.fixture
+def console(session, server, browser):
+    until(lambda: not server.desk.pages, "others are gone")
+    session.reset()
+    with Console(browser, server.address) as console:
+        console.says(role="you", arming="ready")
+        yield console
+        assert console.errors == []
+
+
+def signal_of(session, name):
+    return np.array(session.snapshot().signals[name])
+
+
+def rests(session):
+    velocity = [signal_of(session, "base_velocity"), signal_of(session, "arm_velocity")]
+    return not np.any(np.hstack(velocity))
+
+
+# --- Driving -------------------------------------------------------------------------
+
+
+def test_page_asks_nobody_else_for_anything(console, server):
+    console.page.wait_for_timeout(1500)
+    own = re.compile(rf"(http|ws)://127\.0\.0\.1:{server.port}/|data:|blob:")
+    assert [url for url in console.asked_for if not own.match(url)] == []
+    assert any(url.endswith("/view/") for url in console.asked_for)
+
+
+def test_pad_drives_the_hand_out_and_then_the_base_and_letting_go_stops(
+    console, session
+):
+    l_max = session.scenario.workspace.l_max
+    reach, x = signal_of(session, "workspace")[0], signal_of(session, "base_pose")[0]
+    console.drive(lambda: signal_of(session, "workspace")[0] > reach + 0.2, "hand out")
+    assert signal_of(session, "base_pose")[0] < x + 0.05
+    console.drive(lambda: signal_of(session, "base_pose")[0] > x + 0.2, "base follows")
+    assert signal_of(session, "workspace")[0] == pytest.approx(l_max, abs=0.3)
+    assert console.status == "driving"
+    console.release()
+    console.until(lambda: rests(session), "it rests")
+    console.says(arming="ready")
+    assert console.status.startswith("stopped: the dead-man was let go")
+
+
+def test_page_frozen_at_full_stick_stops_the_base_in_time(console, session):
+    most = session.scenario.guard.max_v_c
+    console.drive(lambda: signal_of(session, "base_sent")[0] > 0.9 * most, "full speed")
+    limits = session.scenario.smoother
+    bound = 0.25 + limits.max_speed / limits.max_acceleration + 0.1
+    renderers = renderers_of(os.getpid())
+    frozen = time.monotonic()
+    for pid in renderers:
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        while not rests(session):
+            assert time.monotonic() < frozen + PATIENCE
+            time.sleep(0.002)
+        took = time.monotonic() - frozen
+        assert session.snapshot().status == GateStatus.STALE
+        # A hand on the stick all the while, and then the page is back.
+        time.sleep(0.5)
+    finally:
+        for pid in renderers:
+            os.kill(pid, signal.SIGCONT)
+    assert took < bound
+    console.page.wait_for_timeout(1000)
+    assert rests(session)
+    assert session.snapshot().arming == Arming.LATCHED
+
+
+def renderers_of(pid):
+    """Returns the processes below one that draw pages in Chromium."""
+    table = subprocess.run(
+        ["ps", "-eo", "pid=,ppid=,args="], capture_output=True, text=True, check=True
+    )
+    rows = [line.split(None, 2) for line in table.stdout.splitlines()]
+    below, found = {str(pid)}, []
+    for _ in range(8):  # So deep, at most.
+        below |= {row[0] for row in rows if row[1] in below}
+    found = [row for row in rows if row[0] in below and "--type=renderer" in row[2]]
+    return [int(row[0]) for row in found]
+
+
+def test_page_that_loses_attention_lets_go_at_once(console, session):
+    devtools = console.context.new_cdp_session(console.page)
+    devtools.send("Emulation.setFocusEmulationEnabled", {"enabled": False})
+    console.page.bring_to_front()
+    console.says(arming="ready")
+    console.drive(lambda: not rests(session), "it moves")
+    other = console.context.new_page()  # In front of it.
+    other.bring_to_front()
+    console.until(lambda: rests(session), "it rests")
+    # To open a tab may take a browser longer than a command is fresh.
+    assert session.snapshot().status in {GateStatus.RELEASED, GateStatus.STALE}
+    # It says no more, and is still there when one comes back; as is the finger.
+    time.sleep(0.5)
+    assert signal_of(session, "operator_input")[4] > 0.25
+    other.close()
+    console.page.bring_to_front()
+    console.says(arming="ready")
+    assert rests(session)
+    console.release()
+
+    console.drive(lambda: not rests(session), "it moves")
+    # Chromium without a screen hides nothing, so the page is told that it is hidden.
+    console.page.evaluate(
+        """() => {
+            Object.defineProperty(document, "visibilityState", { value: "hidden" });
+            document.dispatchEvent(new Event("visibilitychange"));
+        }"""
+    )
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.RELEASED
+    time.sleep(0.5)
+    assert signal_of(session, "operator_input")[4] > 0.25
+
+
+def test_link_that_is_cut_stops_the_robot_and_comes_back(console, session):
+    console.drive(lambda: not rests(session), "it moves")
+    console.context.set_offline(True)
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.STALE
+    console.context.set_offline(False)
+    console.release()
+    console.says(role="you", arming="ready")
+
+
+def test_second_page_watches_stops_and_takes_over_what_it_is_given(
+    console, session, server, browser
+):
+    with Console(browser, server.address, PHONE, has_touch=True) as second:
+        second.says(role="another")
+        console.drive(lambda: not rests(session), "it moves")
+        second.page.mouse.click(100, 600)  # On its pad, which does nothing.
+        assert not rests(session)
+        second.page.click(".stop")
+        console.until(lambda: rests(session), "it rests")
+        assert session.snapshot().text.startswith("stopped by a viewer")
+        console.until(lambda: "by a viewer" in console.status, "it says who")
+        console.release()
+        console.says(arming="ready")
+
+        second.page.click(".take")
+        console.says(asked="yes")
+        second.says(role="another")
+        console.page.click(".hand_over")
+        second.page.wait_for_selector("html[data-role=nobody]")
+        second.page.click(".take")
+        second.says(role="you", arming="ready")
+        console.says(role="another")
+        second.drive(lambda: not rests(session), "the phone drives")
+        second.release()
+        second.until(lambda: rests(session), "it rests")
+
+
+def test_keys_and_gamepad_drive_while_their_dead_man_is_held(console, session):
+    keys = console.page.keyboard
+    keys.down("ArrowUp")
+    console.page.wait_for_timeout(300)
+    assert rests(session)
+    keys.up("ArrowUp")
+    console.says(arming="ready")
+    keys.down("Space")
+    keys.down("a")
+    console.until(
+        lambda: signal_of(session, "ee_command").tolist() == [0.0, 0.4, 0.0], "it turns"
+    )
+    keys.press("Escape")
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.STOPPED
+    assert session.snapshot().text.startswith("stopped by the operator")
+    keys.up("a")
+    keys.up("Space")
+    console.says(arming="ready")
+
+    console.page.evaluate(
+        """() => {
+            window.plugged = {
+                connected: true,
+                axes: [0, 0, 0, 0],
+                buttons: Array.from({ length: 17 }, () => ({ value: 0 })),
+            };
+            navigator.getGamepads = () => [null, window.plugged];
+        }"""
+    )
+    set_gamepad = (
+        "([i, value, y]) => { plugged.buttons[i] = { value }; plugged.axes[1] = y }"
+    )
+    console.page.wait_for_timeout(200)
+    console.page.evaluate(set_gamepad, [7, 1, -1])
+    console.until(lambda: signal_of(session, "ee_command")[0] == 0.4, "it drives")
+    console.page.evaluate("plugged.connected = false")
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.RELEASED
+
+
+def test_choice_and_reset_are_a_click_away(console, session):
+    console.page.select_option(".choose", "exact")
+    console.until(lambda: session.snapshot().choice == "exact", "it is chosen")
+    console.page.select_option(".choose", "blending")
+    console.until(lambda: session.snapshot().choice == "blending", "it is chosen")
+    console.until(lambda: session.snapshot().time > 1.0, "it runs")
+    console.page.click(".reset")
+    console.until(lambda: session.snapshot().time < 1.0, "it starts over")
+
+
+# --- Those who mean no good ----------------------------------------------------------
+
+
+@contextmanager
+def wired(server, **options):
+    """Gives a `Wire` to a server."""
+    options = {
+        "origin": f"http://127.0.0.1:{server.port}",
+        "close_timeout": 1,
+    } | options
+    with connect(f"ws://127.0.0.1:{server.port}/drive", **options) as socket:
+        yield Wire(socket)
+
+
+class Wire:
+    """A socket to the session that says what no page does."""
+
+    def __init__(self, socket):
+        self.socket = socket
+        self.sequence = 0
+
+    def says(self, v_c=0.0, dead_man=False):
+        self.sequence += 1
+        said = {"v_c": v_c, "omega_c": 0.0, "v_z": 0.0, "dead_man": dead_man}
+        more = {"sequence": self.sequence, "sent": time.monotonic()}
+        self.socket.send(json.dumps(said | more))
+
+    def drives(self, session):
+        """Arms, as a page would, and drives at full stick."""
+        end = time.monotonic() + PATIENCE
+        while rests(session):
+            assert time.monotonic() < end
+            # What comes late on a busy machine disarms; then it is let go, and pressed.
+            arming = session.snapshot().arming
+            pressed = arming != Arming.LATCHED
+            self.says(float(arming == Arming.ARMED), dead_man=pressed)
+            time.sleep(0.03)
+
+    def closed(self):
+        """Returns the code by which the server closes it."""
+        try:
+            while True:
+                self.socket.recv(timeout=PATIENCE)
+        except ConnectionClosed as closed:
+            return closed.rcvd.code
+
+
+@pytest.fixture
+def wire(server):
+    until(lambda: not server.desk.pages, "others are gone")
+    with wired(server) as wire:
+        yield wire
+
+
+def until(condition, what):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, what
+        time.sleep(0.01)
+
+
+def goes_on(session):
+    """Asserts that the simulation keeps to the wall clock."""
+    began, time_ = time.monotonic(), session.snapshot().time
+    time.sleep(1.0)
+    went = session.snapshot().time - time_
+    assert went == pytest.approx(time.monotonic() - began, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        ("hello", 1008),
+        ('{"v_c": NaN}', 1008),
+        (b"\x00", 1008),
+        ("x" * 600, 1009),
+        ("x" * 100_000, 1009),
+    ],
+)
+def test_operator_who_says_nonsense_is_cut_off_and_the_robot_stops(
+    wire, session, message, code
+):
+    wire.drives(session)
+    wire.socket.send(message)
+    assert wire.closed() == code
+    until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.STALE
+    goes_on(session)
+
+
+def test_flood_of_commands_stops_the_robot_and_disturbs_nothing(wire, session):
+    wire.drives(session)
+    ended = time.monotonic() + 2.0
+    with suppress(ConnectionClosed):
+        while time.monotonic() < ended:
+            wire.says(1.0, dead_man=True)
+            time.sleep(0.001)
+    assert wire.closed() == 1008
+    until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.STALE
+    goes_on(session)
+
+
+def test_flood_of_a_viewer_disturbs_nobody(wire, session, server):
+    wire.drives(session)
+    ended = time.monotonic() + 2.0
+    with wired(server) as viewer:
+        while time.monotonic() < ended:
+            wire.says(-1.0, dead_man=True)
+            with suppress(ConnectionClosed):
+                for _ in range(33):
+                    viewer.says()
+            time.sleep(0.033)
+        assert viewer.closed() == 1008
+    assert session.snapshot().status == GateStatus.OK
+    assert session.snapshot().real_time_ratio > 0.7
+
+
+def test_page_of_another_site_gets_no_socket(server):
+    for origin in ("http://evil.example", None):
+        with pytest.raises(InvalidStatus) as refused, wired(server, origin=origin):
+            pass
+        assert refused.value.response.status_code == 403
+
+
+# --- From the command line -----------------------------------------------------------
+
+
+@contextmanager
+def mobman_drive(*arguments):
+    """Runs `mobman drive`, and gives the process and the address that it prints."""
+    command = [sys.executable, "-u", "-P", "-m", "drake_mobman.cli", "drive"]
+    process = subprocess.Popen(
+        [*command, *map(str, arguments), "--port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = process.stdout.readline()
+        assert "http://" in line, process.communicate()
+        yield process, re.search(r"http://\S+(?=;)", line)[0]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_beyond_this_machine_the_token_that_is_printed_lets_in(browser):
+    with mobman_drive("petric_guided", "--host", "0.0.0.0") as (_, address):
+        port, token = re.search(r":(\d+)/\?token=(\S+)", address).groups()
+        own = f"http://127.0.0.1:{port}/"
+        context = browser.new_context()
+        page = context.new_page()
+        assert page.goto(own).status == 403
+        assert page.goto(f"{own}?token={token[:-1]}").status == 403
+        assert page.request.get(f"{own}view/").status == 403
+        context.close()
+        with Console(browser, f"{own}?token={token}", PHONE) as console:
+            assert console.page.url == own
+            # Pad and lever pull the hand here.
+            console.says(role="you", arming="ready")
+            console.push(0.0, 1.0)
+            console.until(lambda: console.status == "driving", "it drives")
+            console.release()
+
+
+def drive_about(console, seconds, seed):
+    """Drives as a child would, with all that the page has."""
+    rng = np.random.default_rng(seed)
+    page = console.page
+    choices = page.locator(".choose option").all_inner_texts()
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        console.says(arming="ready")
+        if rng.random() < 0.7:
+            console.push(*rng.uniform(-0.8, 0.8, 2))
+            page.wait_for_timeout(rng.uniform(200, 2500))
+            end_with = rng.choice(["release", "stop"])
+            if end_with == "stop":
+                page.keyboard.press("Escape")
+            console.release()
+        else:
+            held = ["Space", *rng.choice(["w", "a", "s", "d", "r", "f"], 2)]
+            for key in held:
+                page.keyboard.down(key)
+            page.wait_for_timeout(rng.uniform(200, 1500))
+            for key in held:
+                page.keyboard.up(key)
+        if rng.random() < 0.3:
+            page.select_option(".choose", str(rng.choice(choices)))
+
+
+@pytest.mark.parametrize("seconds", [20.0, pytest.param(120.0, marks=pytest.mark.slow)])
+def test_recording_made_in_the_browser_is_played_back_bit_for_bit(
+    browser, tmp_path, seconds
+):
+    folder = tmp_path / "session"
+    with mobman_drive("kwon_spatial", "--record", folder) as (process, address):
+        with Console(browser, address) as console:
+            drive_about(console, seconds, seed=1)
+            assert console.errors == []
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        assert (process.returncode, errors) == (0, "")
+    _, scenario = load_scenario(str(folder / "scenario.yaml"))
+    run = simulate(scenario)
+    kept = np.load(folder / "log.npz")
+    assert run.log["time"][-1] > seconds
+    assert len(np.unique(run.log["gate_status"])) > 2
+    assert np.abs(run.log["base_sent"]).max() > 0.1
+    assert set(kept.files) == run.log.keys()
+    for name, values in run.log.items():
+        assert kept[name].tobytes() == values.tobytes(), name
+
+
+def test_meshcat_alone_drives_too_and_only_while_its_page_draws(browser):
+    _, scenario = load_scenario("kwon_arbitrary")
+    with LiveSession(scenario) as session:
+        panel = Panel(session, local_meshcat())
+        # So small that it is drawn quickly.
+        page = browser.new_page(viewport={"width": 320, "height": 240})
+        page.goto(panel.address)
+
+        def until(condition, what):
+            end = time.monotonic() + PATIENCE
+            while not condition():
+                assert time.monotonic() < end, what
+                panel.step()
+                page.wait_for_timeout(10)
+
+        until(lambda: session.snapshot().arming == Arming.READY, "its page is there")
+
+        def drives():
+            page.keyboard.down("Space")  # A key that is held is repeated.
+            return session.snapshot().text == "driving"
+
+        def moves():
+            page.keyboard.press("ArrowUp")
+            return drives() and signal_of(session, "ee_command")[0] > 0.1
+
+        until(drives, "it is armed")
+        until(moves, "it moves")
+        page.keyboard.up("Space")
+        until(lambda: rests(session), "it rests")
+        assert session.snapshot().status == GateStatus.RELEASED
+        until(lambda: session.snapshot().arming == Arming.READY, "its sliders are back")
+        says = page.get_by_text("driving", exact=True)
+        until(lambda: drives() and says.count(), "it is armed again, and says so")
+        assert rests(session)
+        page.keyboard.press("Escape")
+        until(lambda: session.snapshot().status == GateStatus.STOPPED, "it stops")
+        page.close()
+        time.sleep(0.5)
+        panel.step()
+        assert signal_of(session, "operator_input")[4] > 0.25
