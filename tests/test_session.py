@@ -244,7 +244,7 @@ while True:
 def test_killed_session_loses_at_most_its_last_second(tmp_path):
     folder = tmp_path / "killed"
     process = subprocess.Popen(
-        [sys.executable, "-c", KILLED, folder], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-P", "-c", KILLED, folder], stdout=subprocess.PIPE, text=True
     )
     end = time.monotonic() + PATIENCE
     while (shown := float(process.stdout.readline())) < 2.5:

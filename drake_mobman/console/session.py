@@ -309,7 +309,8 @@ class LiveSession:
         if recorder is None:
             return
         recorder.close()
-        command = [sys.executable, "-m", _FINISHER, str(recorder.folder)]
+        # -P: what is installed, whatever folder one happens to be in.
+        command = [sys.executable, "-P", "-m", _FINISHER, str(recorder.folder)]
         process = subprocess.Popen(
             [*command, str(pace.wall_time()), died],
             stderr=subprocess.PIPE,
