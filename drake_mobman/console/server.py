@@ -57,9 +57,7 @@ class Server:
         self.token = None if is_loopback(self._host) else secrets.token_urlsafe(16)
         self.desk = Desk(session, lambda: _new_folder(name))
         self._viewer = Viewer(session)
-        app = FastAPI(
-            lifespan=self._open, docs_url=None, redoc_url=None, openapi_url=None
-        )
+        app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         self._session = session
         self._shoulder = session.scenario.robot.arm().p_BS[0]
         app.add_api_websocket_route("/drive", self._drive)

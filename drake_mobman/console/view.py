@@ -191,10 +191,12 @@ class Viewer:
         self._thread.join()
 
     def _run(self) -> None:
-        meshcat = local_meshcat()
-        view = View(self._session.scenario, meshcat)
-        self.url = meshcat.web_url()
-        self._ready.set()
+        try:
+            meshcat = local_meshcat()
+            view = View(self._session.scenario, meshcat)
+            self.url = meshcat.web_url()
+        finally:
+            self._ready.set()  # Without a picture one still drives.
         shown: Any = None
         while not self._closing.wait(PERIOD):
             snapshot = self._session.snapshot()

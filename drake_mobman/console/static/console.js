@@ -100,6 +100,10 @@ window.addEventListener("blur", neutral);
 window.addEventListener("pagehide", neutral);
 document.addEventListener("visibilitychange", neutral);
 document.addEventListener("freeze", neutral);
+// At once, and by a second finger too, for which there is no click.
+document.addEventListener("pointerdown", (event) => {
+  if (event.target.closest('[data-ask="stop"]')) stop();
+});
 document.addEventListener("click", (event) => {
   const ask = event.target.closest("[data-ask]")?.dataset.ask;
   if (ask) link.insist({ ask });
