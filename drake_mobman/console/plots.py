@@ -72,7 +72,7 @@ class Plot:
         if not self.limits:
             return {}
         low, high = min(self.limits), max(self.limits)
-        room = 0.35 * (high - low)
+        room = 0.5 * (high - low)
         return {"min": round(low - room, 2), "max": round(high + room, 2)}
 
     def _label(self) -> dict[str, Any]:
