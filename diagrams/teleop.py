@@ -39,15 +39,15 @@ def make_decomposer(scenario: Teleop, model: RobotModel) -> Any:
     """Returns the decomposer that the scenario names."""
     params, robot, limits = scenario.decomposer, scenario.robot, model.limits
     arm, period = robot.arm(), scenario.period
+    shared = scenario.workspace, scenario.projection, arm.joints
     match params:
         case Exact():
-            rest = limits, scenario.smoother, period
-            return ExactDecomposer(params, scenario.workspace, arm, *rest)
+            return ExactDecomposer(
+                params, scenario.workspace, arm, limits, scenario.smoother, period
+            )
         case Blending():
-            shared = scenario.workspace, scenario.projection, arm.joints
             return BlendingDecomposer(params, *shared)
         case Switching():
-            shared = scenario.workspace, scenario.projection, arm.joints
             return SwitchingDecomposer(params, *shared)
         case VelocityField():
             return FieldDecomposer(params, robot.reach(), arm)

@@ -65,7 +65,7 @@ def bounded_rates(
     """
     by_rate: Scalar = 1.0
     by_limit: Scalar = 1.0
-    bounds = zip(limits.velocity, _towards_end(rates, q, limits, period), strict=True)
+    bounds = zip(limits.velocity, end_rates(rates, q, limits, period), strict=True)
     for rate, (fastest, towards_end) in zip(rates, bounds, strict=True):
         speed = abs(rate)
         by_rate = smaller(by_rate, _factor(speed, fastest))
@@ -97,7 +97,7 @@ def filled_rates(
         period: for which the rates are held [s].
     """
     factor: Scalar = 1.0
-    bounds = zip(limits.velocity, _towards_end(extra, q, limits, period), strict=True)
+    bounds = zip(limits.velocity, end_rates(extra, q, limits, period), strict=True)
     for rate, more, (fastest, towards_end) in zip(rates, extra, bounds, strict=True):
         left = smaller(fastest, towards_end) - where(more > 0, rate, -rate)
         factor = smaller(factor, _factor(abs(more), larger(left, _CREEP)))
@@ -126,7 +126,7 @@ def braking_rate(room: Scalar, acceleration: float, period: float) -> Scalar:
     return where(2 * room > step * period, braking, last)
 
 
-def _towards_end(
+def end_rates(
     rates: Sequence[Scalar], q: Any, limits: JointLimits, period: float
 ) -> list[Scalar]:
     """Returns how fast each joint may near the end that its rate leads to [rad/s]."""

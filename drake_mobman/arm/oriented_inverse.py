@@ -13,7 +13,7 @@ from drake_mobman.arm.limits import (
     ArmStatus,
     JointLimits,
     bounded_rates,
-    braking_rate,
+    end_rates,
     filled_rates,
 )
 from drake_mobman.parameters import ParameterError, checked_period
@@ -83,13 +83,9 @@ def _without(joint: int, rates: list[Scalar], turn: list[Scalar]) -> list[Scalar
 
 def _slowest(rates: list[Scalar], q: Any, limits: JointLimits, period: float) -> int:
     """Returns the joint that may make the least part of its rate."""
-
-    def excess(i: int) -> Scalar:
-        room = limits.upper[i] - q[i] if rates[i] > 0 else q[i] - limits.lower[i]
-        most = braking_rate(room, limits.acceleration[i], period)
-        return abs(rates[i]) / smaller(limits.velocity[i], most)
-
-    return max(range(len(rates)), key=excess)
+    bounds = map(smaller, limits.velocity, end_rates(rates, q, limits, period))
+    excess = [abs(rate) / most for rate, most in zip(rates, bounds, strict=True)]
+    return excess.index(max(excess))
 
 
 @TemplateSystem.define("OrientedInverse_", T_list=[float, AutoDiffXd])

@@ -5,19 +5,13 @@ import threading
 from typing import Any
 
 import numpy as np
-from pydrake.geometry import (
-    Meshcat,
-    MeshcatParams,
-    Rgba,
-    SceneGraph,
-    Sphere,
-)
+from pydrake.geometry import Meshcat, MeshcatParams, Rgba, Sphere
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 
 from drake_mobman import signals
 from drake_mobman.console.session import LiveSession, Snapshot
+from drake_mobman.robots.model import drawn_plant
 from drake_mobman.runs.scenario import AnyScenario
 
 PERIOD = 1 / 30
@@ -52,13 +46,10 @@ class View:
 
     def __init__(self, scenario: AnyScenario, meshcat: Meshcat) -> None:
         self._meshcat = meshcat
-        self._plant = plant = MultibodyPlant(0.0)
-        scene_graph = SceneGraph()
-        plant.RegisterAsSourceForSceneGraph(scene_graph)
-        (robot,) = Parser(plant).AddModelsFromString(scenario.robot.urdf(), "urdf")
-        plant.Finalize()
-        self._context = plant.CreateDefaultContext()
-        bodies = [plant.get_body(i) for i in plant.GetBodyIndices(robot)]
+        plant, scene_graph = drawn_plant(scenario.robot)
+        self._plant, self._context = plant, plant.CreateDefaultContext()
+        # All but the world.
+        bodies = [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
         # Not by a `MeshcatVisualizer`: in a diagram, Python would let go of it and of
         # `meshcat` whenever it likes and in any thread, which ends the process.
         inspector = scene_graph.model_inspector()

@@ -5,6 +5,7 @@ from importlib import resources
 from typing import Any, Protocol
 
 import numpy as np
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
@@ -39,6 +40,15 @@ def filled_urdf(name: str, **lengths: float) -> str:
     text = resources.files(__package__).joinpath(f"{name}.urdf").read_text()
     halves = {f"half_{key}": length / 2 for key, length in lengths.items()}
     return string.Template(text).substitute(lengths, **halves)
+
+
+def drawn_plant(robot: Robot) -> tuple[Any, Any]:
+    """Returns the robot as a finished `MultibodyPlant`, and the `SceneGraph` of it."""
+    scene_graph, plant = SceneGraph(), MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
+    plant.Finalize()
+    return plant, scene_graph
 
 
 class RobotModel:

@@ -10,10 +10,7 @@ from pydrake.geometry import (
     MeshcatVisualizer,
     MeshcatVisualizerParams,
     Rgba,
-    SceneGraph,
 )
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
@@ -21,6 +18,7 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
+from drake_mobman.robots.model import drawn_plant
 from drake_mobman.runs.motion import hand_motion
 from drake_mobman.runs.simulate import Run
 
@@ -35,11 +33,8 @@ def write_scene(run: Run, file: Path) -> None:
     if len(times) < 2:
         return
     builder = DiagramBuilder()
-    scene_graph = builder.AddSystem(SceneGraph())
-    plant = MultibodyPlant(0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-    Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
-    plant.Finalize()
+    plant, scene_graph = drawn_plant(robot)
+    builder.AddSystem(scene_graph)
     q = np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
     source = builder.AddSystem(
         TrajectorySource(PiecewisePolynomial.FirstOrderHold(times, q.T))
