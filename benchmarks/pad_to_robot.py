@@ -1,10 +1,11 @@
 """How quickly the pad moves the robot, and how well the console lasts.
 
-    python benchmarks/pad_to_robot.py [--minutes 2]
+    python benchmarks/pad_to_robot.py [--minutes 2] [SCENARIO ...]
 
 From the browser's event to the base's or arm's commanded velocity; then drives by a
-scripted browser, with the page open: the real-time ratio, and the server's memory. The
-3D view is drawn in software. It takes Chromium, and the extra `test`.
+scripted browser, with the page open: the real-time ratio, the loop's period minute by
+minute, and the server's memory. The 3D view is drawn in software. It takes Chromium,
+and the extra `test`.
 """
 
 import argparse
@@ -36,6 +37,7 @@ FLAGS = [
     "--disable-sync",
     *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 ]
+DRIVEN = ["kwon_arbitrary", "petric_guided"]
 MOVES = 200
 """Of the pad, each of which is timed."""
 
@@ -148,18 +150,23 @@ def lasts(name, minutes):
         with opened(address) as page:
             drive_about(page, 20.0)  # By then, all is imported and cached.
             before = memory(process.pid)
-            drive_about(page, 60 * minutes)
+            stretches = [min(1.0, minutes)] * max(1, round(minutes))
+            ratios = [ratio_while_driven(page, 60 * stretch) for stretch in stretches]
             after = memory(process.pid)
         process.send_signal(signal.SIGINT)
         process.wait()
         numbers = json.loads((folder / "metrics.json").read_text())
         kept = np.load(folder / "log.npz")
-        run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+        scenario = load_scenario(str(folder / "scenario.yaml"))[1]
+        run = simulate(scenario)
         intact = all(kept[k].tobytes() == x.tobytes() for k, x in run.log.items())
+    ticks = 1e3 * scenario.period / np.array(ratios)
     print(
         f"{name}: real-time ratio {numbers['real_time_factor']:.4f} over "
-        f"{run.log['time'][-1]:.0f} s, memory {before:.1f} -> {after:.1f} MB in "
-        f"{minutes:g} min, recording {'intact' if intact else 'NOT INTACT'}"
+        f"{run.log['time'][-1]:.0f} s, period {ticks[0]:.2f} ms in the first minute, "
+        f"{ticks[-1]:.2f} in the last, {ticks.min():.2f} to {ticks.max():.2f} in all; "
+        f"memory {before:.1f} -> {after:.1f} MB in {minutes:g} min, recording "
+        f"{'intact' if intact else 'NOT INTACT'}"
     )
 
 
@@ -167,6 +174,20 @@ def memory(pid):
     """Returns how much memory a process holds [MB]."""
     status = Path(f"/proc/{pid}/status").read_text()
     return int(re.search(r"VmRSS:\s+(\d+)", status)[1]) / 1024
+
+
+def ratio_while_driven(page, seconds):
+    """Drives for a while; returns simulated over wall time meanwhile."""
+    start, began = simulated(page), time.monotonic()
+    drive_about(page, seconds)
+    return (simulated(page) - start) / (time.monotonic() - began)
+
+
+def simulated(page):
+    """Returns the time that the page shows, when that has just changed [s]."""
+    shown = "document.querySelector('.time').textContent"
+    page.wait_for_function(f"shown => {shown} !== shown", arg=page.evaluate(shown))
+    return float(page.evaluate(shown).split()[0])
 
 
 def drive_about(page, seconds):
@@ -189,11 +210,12 @@ def main():
     """Prints all of it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=2.0, help="of each drive")
-    minutes = parser.parse_args().minutes
+    parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", default=DRIVEN)
+    given = parser.parse_args()
     median, p99 = 1e3 * np.percentile(latencies(), [50, 99])
     print(f"pad to robot: median {median:.0f} ms, p99 {p99:.0f} ms")
-    for name in ("kwon_arbitrary", "petric_guided"):
-        lasts(name, minutes)
+    for name in given.scenarios:
+        lasts(name, given.minutes)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.robot import make_robot
 from drake_mobman.runs.scenario import Guided
+from drake_mobman.teleop.drag import Draggable
 from drake_mobman.teleop.led_hand import LedHand
 
 from .choice import make_choice
@@ -31,7 +32,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
         input_ports:
         - operator_input (only where the scenario's source is Operator)
         output_ports:
-        - operator_input, ee_command, guard_status, gate_status, gate_arming,
+        - operator_input, ee_command, guard_status, gate_status, gate_arming, drag,
           field.base_command (where the source is Operator or Recording)
         - handover (where there are alternatives to choose from)
         - hand_force
@@ -58,15 +59,15 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     model = RobotModel(scenario.robot)
     period = scenario.period
     start = scenario.start_position(model)
-    tool = model.plant.GetBodyByName("tool").index()
     builder = DiagramBuilder()
     add = builder.AddNamedSystem
 
     operator = operator_of(scenario)
     wanted = as_wanted(scenario)
     if operator:
-        hand = add("hand", LedHand(scenario.hand, period, tool))
+        hand = add("hand", LedHand(scenario.hand, scenario.drag, model, period))
     else:
+        tool = model.plant.GetBodyByName("tool").index()
         pulling = GuidingHand(scenario.hand, period, tool, as_wanted=wanted)
         hand = add("hand", pulling)
     sensor = add("tool_sensor", ToolSensor(model))
@@ -93,6 +94,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     systems = [hand, robot, sensor, field, smoother]
     ports = outputs(systems)
     if operator:
-        ports = add_operator(builder, scenario, operator, ports)
+        arm = Draggable(frozenset(model.arm_bodies.values()), scenario.drag)
+        ports = add_operator(builder, scenario, operator, ports, arm)
     connect_by_name(builder, ports, systems)
     return finished(builder, "guided", ports, period, logged=logged)

@@ -4,6 +4,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.teleop.drag import Draggable
 from drake_mobman.teleop.gate import CommandGate
 from drake_mobman.teleop.live import LiveSource, Operator
 from drake_mobman.teleop.recorded import RecordedSource, Recording
@@ -23,6 +24,7 @@ def add_operator(
     scenario: AnyScenario,
     operator: Operator | Recording,
     ports: Ports,
+    draggable: Draggable | None = None,
 ) -> Ports:
     """Adds the operator, the gate for what he says, and what keeps the base still.
 
@@ -33,6 +35,7 @@ def add_operator(
         scenario: of the operator.
         operator: live or recorded.
         ports: of the other blocks; the `base_command` among them is asked of the base.
+        draggable: what of the robot may be dragged; nothing unless given.
 
     Returns:
         All output ports, now with `base_command` as far as the gate lets the base go.
@@ -46,7 +49,10 @@ def add_operator(
     else:
         source = add("source", LiveSource(period))
         builder.ExportInput(source.get_input_port(), signals.OPERATOR_INPUT)
-    gate = add("gate", CommandGate(scenario.gate, scenario.guard, period))
+    gate = add(
+        "gate",
+        CommandGate(scenario.gate, scenario.guard, period, draggable or Draggable()),
+    )
     connect_by_name(builder, outputs([source]), [gate])
     ports = ports | outputs([source, gate])
     standstill = add("standstill", Standstill(scenario.guard, period))

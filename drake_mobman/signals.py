@@ -55,10 +55,13 @@ TOOL_VELOCITY = "tool_velocity"
 """3: v_WE [m/s] in W."""
 
 HAND_POSITION = "hand_position"
-"""3: p_WH [m], where the guiding hand H is."""
+"""3: p_WH [m], where the guiding hand H is, or where it leads what is dragged."""
 
 HAND_FORCE = "hand_force"
-"""3: force of the guiding hand on the tool at E in W [N]; zero when it lets go."""
+"""3: force of the guiding hand in W [N]; zero when it lets go.
+
+On the tool at E, or on the point that is dragged.
+"""
 
 SPATIAL_FORCES = "spatial_forces"
 """Forces from outside on bodies: a list of `ExternallyAppliedSpatialForce`."""
@@ -67,11 +70,19 @@ ROBOT_STATE = "robot_state"
 """2 (3 + n): positions of base and arm, then rates, as `MultibodyPlant` has them."""
 
 OPERATOR_INPUT = "operator_input"
-"""7: what the operator says, as it reached the robot; may hold anything at all.
+"""14: what the operator says, as it reached the robot; may hold anything at all.
 
 `v_c` [m/s], `omega_c` [rad/s], `v_z` [m/s] as in `ee_command`; `dead_man`, 1 while
 held; `age` [s] since the operator said so, infinite before the first word; `stop`, 1
-when anyone asks for a stop; `choice`, which of the decomposers or fields is to drive.
+when anyone asks for a stop; `choice`, which of the decomposers or fields is to drive;
+and as in `drag`, which point of the arm is to be dragged whereto.
+"""
+
+DRAG = "drag"
+"""7: a point Q of a body B that is dragged, and whereto.
+
+Index of B in the plant, 0 while nothing is dragged; p_BQ (3) [m]; and where Q is to be
+(3) [m], from the base's centre on the floor, in W's axes.
 """
 
 GATE_STATUS = "gate_status"

@@ -25,6 +25,7 @@ from drake_mobman.console.messages import (
 from drake_mobman.console.plain import FIRST, NEXT, KeyHold
 from drake_mobman.console.session import Snapshot
 from drake_mobman.console.state import state
+from drake_mobman.teleop.drag import NOTHING
 from drake_mobman.teleop.guard import Guard
 
 FULL = (0.4, 0.3, 0.2)
@@ -67,6 +68,44 @@ def test_command_out_of_range_or_not_finite_is_left_to_the_gate_which_says_so():
     huge = words().replace("0.5", "1e999")
     assert parsed(huge, FULL).v_c == float("inf")
     assert parsed(words(v_c=10**400), FULL).v_c == float("inf")
+
+
+LINKS = {"link3": 10, "link4": 11}
+DRAG = {"body": "link4", "point": [0.1, 0, -0.2], "to": [1, 2.25, 0.5]}
+
+
+def test_drag_is_taken_by_the_name_of_the_body():
+    said = parsed(words(drag=DRAG), FULL, LINKS)
+    assert said.dragged == (11, 0.1, 0.0, -0.2, 1.0, 2.25, 0.5)
+    assert parsed(words(drag=None), FULL, LINKS).dragged == NOTHING
+    huge = words(drag=DRAG).replace("2.25", "1e999")
+    assert parsed(huge, FULL, LINKS).dragged.to_y == float("inf")
+
+
+@pytest.mark.parametrize(
+    "drag",
+    [
+        7,
+        [],
+        {},
+        DRAG | {"body": "base"},
+        DRAG | {"body": 11},
+        DRAG | {"body": ["link4"]},
+        DRAG | {"point": [0.1, 0.0]},
+        DRAG | {"point": [0.1, 0.0, "0"]},
+        DRAG | {"to": [1, 2, None]},
+        DRAG | {"to": {"x": 1}},
+        DRAG | {"force": [0, 0, 100]},
+    ],
+)
+def test_drag_that_no_page_of_ours_sends_is_refused(drag):
+    with pytest.raises(MessageError, match=r"not a (drag|number)"):
+        parsed(words(drag=drag), FULL, LINKS)
+
+
+def test_nothing_is_dragged_where_nothing_may_be():
+    with pytest.raises(MessageError, match="not a drag"):
+        parsed(words(drag=DRAG), FULL)
 
 
 @pytest.mark.parametrize(
@@ -141,6 +180,7 @@ class Session:
 
     def __init__(self):
         self.scenario = types.SimpleNamespace(guard=Guard())
+        self.draggable = {"link3": 10}
         self.told = []
 
     def tell(self, said):

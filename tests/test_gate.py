@@ -1,5 +1,6 @@
 """The gate: only an armed operator's fresh, finite commands in range get past it."""
 
+import dataclasses as dc
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from drake_mobman.console.inbox import Inbox, OperatorInput
 from drake_mobman.parameters import ParameterError
+from drake_mobman.teleop.drag import NOTHING, Drag, Draggable, Dragged
 from drake_mobman.teleop.gate import (
     Arming,
     CommandGate,
@@ -27,11 +29,13 @@ PERIOD = 1 / 16
 
 GUARD = Guard(max_v_c=0.4, max_omega_c=0.5, max_v_z=0.2, stop_time=0.25)
 GATE = Gate(fresh=0.25, neutral=0.05)
+ARM = Draggable(frozenset({4, 5}), Drag(max_distance=2.0, max_offset=0.5))
 LARGEST = np.array(GUARD.largest)
 STOP_PERIODS = round(GUARD.stop_time / PERIOD)
 
 REST = OperatorSample(age=0.0)
 HELD = OperatorSample(0.3, -0.4, 0.1, dead_man=1.0, age=0.0)
+PULL = Dragged(4, 0.3, 0.0, -0.4, 0.0, 1.2, 1.6)  # At the borders, both of them.
 
 LATCHED, READY, ARMED = Arming
 OK = GateStatus.OK
@@ -42,7 +46,7 @@ def passed(fed, step):
     """A function that returns what the gate puts out for samples, one a period."""
 
     def outputs_over_time(samples):
-        block = CommandGate(GATE, GUARD, PERIOD)
+        block = CommandGate(GATE, GUARD, PERIOD, ARM)
         context = fed(block, operator_input=NOBODY)
         out, why = [], []
         for said in samples:
@@ -86,6 +90,69 @@ def passed(fed, step):
 )
 def test_gravest_reason_is_told(said, why):
     assert input_status(said, GATE, GUARD) == why
+
+
+def dragging(said=HELD, **changes):
+    return said._replace(**PULL._replace(**changes)._asdict())
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        (dragging(), OK),
+        (dragging(body=5), OK),
+        (dragging(body=3), GateStatus.OVER_RANGE),
+        (dragging(body=4.5), GateStatus.OVER_RANGE),
+        (dragging(body=-4), GateStatus.OVER_RANGE),
+        # Nothing is dragged, but somewhere.
+        (dragging(body=0), GateStatus.OVER_RANGE),
+        (dragging(q_y=0.01), GateStatus.OVER_RANGE),
+        (dragging(to_x=-0.1), GateStatus.OVER_RANGE),
+        (dragging(to_z=1e300), GateStatus.OVER_RANGE),
+        (dragging(body=math.nan), GateStatus.NOT_FINITE),
+        (dragging(q_z=math.inf), GateStatus.NOT_FINITE),
+        (dragging(to_y=math.nan), GateStatus.NOT_FINITE),
+        # Of several reasons, the gravest, whichever of command and drag it is.
+        (dragging(HELD._replace(v_c=math.nan), body=3), GateStatus.NOT_FINITE),
+        (dragging(HELD._replace(v_c=9.0), to_y=math.nan), GateStatus.NOT_FINITE),
+        (dragging(HELD._replace(v_c=9.0)), GateStatus.OVER_RANGE),
+        (dragging(HELD._replace(age=0.3), body=3), GateStatus.STALE),
+        (dragging(REST), GateStatus.RELEASED),
+    ],
+)
+def test_drag_passes_as_a_command_does(said, why):
+    assert input_status(said, GATE, GUARD, ARM) == why
+
+
+def test_nothing_may_be_dragged_unless_it_is_named():
+    assert input_status(dragging(), GATE, GUARD) == GateStatus.OVER_RANGE
+    assert input_status(HELD, GATE, GUARD) == OK
+
+
+def test_who_drags_is_not_neutral():
+    last = GateState(LATCHED, GateStatus.STALE)
+    assert next_state(last, dragging(REST), GATE, GUARD, ARM) == last
+    assert next_state(last, REST, GATE, GUARD, ARM).arming == READY
+
+
+def test_drag_passes_bit_for_bit_and_is_let_go_at_once(fed, outputs, step):
+    block = CommandGate(GATE, GUARD, PERIOD, ARM)
+    context = fed(block, operator_input=REST)
+    step(block, context)
+    drags = []
+    for said in (dragging(), dragging(q_x=0.1), dragging(body=9), dragging()):
+        block.get_input_port().FixValue(context, np.array(said))
+        drags.append(tuple(outputs(block, context)["drag"]))
+        step(block, context)
+    assert drags == [PULL, PULL._replace(q_x=0.1), NOTHING, NOTHING]
+
+
+@pytest.mark.parametrize("key", [field.name for field in dc.fields(Drag)])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan])
+def test_drag_without_bounds_is_refused(key, value):
+    arm = Draggable(frozenset({4}), Drag(**{key: value}))
+    with pytest.raises(ParameterError, match=f"^{key}: "):
+        CommandGate(GATE, GUARD, PERIOD, arm)
 
 
 PUSHED = REST._replace(v_c=0.1)  # The stick is not neutral, the dead-man is let go.
@@ -182,6 +249,21 @@ COMPONENTS = st.one_of(
 )
 
 
+DRAGS = st.one_of(
+    st.just(NOTHING),
+    st.sampled_from(
+        [
+            PULL,
+            PULL._replace(body=3),
+            PULL._replace(to_x=math.nan),
+            PULL._replace(q_y=-math.inf),
+            PULL._replace(to_z=3.0),
+        ]
+    ),
+    st.builds(Dragged, st.sampled_from([4.0, 5.0]), *[st.floats(-0.6, 0.6)] * 6),
+)
+
+
 class Link(RuleBasedStateMachine):
     """An operator at one end of a link that does its worst, the gate at the other."""
 
@@ -189,7 +271,7 @@ class Link(RuleBasedStateMachine):
     def start(self):
         self.now = 0.0
         self.inbox = Inbox(late=GATE.fresh, clock=lambda: self.now)
-        self.block = CommandGate(GATE, GUARD, PERIOD)
+        self.block = CommandGate(GATE, GUARD, PERIOD, ARM)
         self.context = self.block.CreateDefaultContext()
         self.block.get_input_port().FixValue(self.context, np.array(NOBODY))
         self.sequence = 0
@@ -199,13 +281,15 @@ class Link(RuleBasedStateMachine):
         self.sent = {}  # When, by command; a NaN is itself only by identity.
         self.said = []  # Samples at each tick.
         self.out = [(0.0, 0.0, 0.0)]  # What passed at each tick, from before the first.
+        self.drags = []  # The same of drags.
         self.why = []
 
-    def send(self, command, dead_man):
+    def send(self, command, dead_man, dragged=NOTHING):
         self.sequence += 1
         self.sent[self.sequence] = self.now
         # The operator's clock is ahead by an hour.
-        message = OperatorInput(self.sequence, *command, dead_man, self.now + 3600.0)
+        sent = self.now + 3600.0
+        message = OperatorInput(self.sequence, *command, dead_man, sent, dragged)
         self.under_way.append(message)
 
     def deliver(self, index=-1):
@@ -222,6 +306,7 @@ class Link(RuleBasedStateMachine):
         self.said.append(said)
         get = self.block.GetOutputPort
         self.out.append(tuple(get("ee_command").Eval(self.context)))
+        self.drags.append(tuple(get("drag").Eval(self.context)))
         self.why.append(GateStatus(int(get("gate_status").Eval(self.context)[0])))
         after = self.block.EvalUniquePeriodicDiscreteUpdate(self.context)
         self.context.SetDiscreteState(after.value().copy())
@@ -234,10 +319,11 @@ class Link(RuleBasedStateMachine):
     @rule(
         command=st.tuples(COMPONENTS, COMPONENTS, COMPONENTS),
         dead_man=st.booleans(),
+        dragged=DRAGS,
         ticks=st.integers(0, 3),
     )
-    def say(self, command, dead_man, ticks):
-        self.send(command, dead_man)
+    def say(self, command, dead_man, dragged, ticks):
+        self.send(command, dead_man, dragged)
         self.deliver()
         self.wait(ticks)
 
@@ -273,10 +359,14 @@ class Link(RuleBasedStateMachine):
         self.under_way.clear()
         self.handed_over = True
 
-    @rule(command=st.tuples(st.floats(-0.4, 0.4), st.floats(-0.5, 0.5)))
-    def let_go_and_press(self, command):
+    @rule(
+        command=st.tuples(st.floats(-0.4, 0.4), st.floats(-0.5, 0.5)),
+        dragged=st.sampled_from([NOTHING, PULL]),
+    )
+    def let_go_and_press(self, command, dragged):
         for dead_man in (False, True):
-            self.send((*(c * dead_man for c in command), 0.0), dead_man)
+            command_now = (*(c * dead_man for c in command), 0.0)
+            self.send(command_now, dead_man, dragged if dead_man else NOTHING)
             self.deliver()
             self.wait(2)
         assert self.why[-1] == OK
@@ -288,6 +378,7 @@ class Link(RuleBasedStateMachine):
         assert (self.why[-1] == OK) == passes
         if not passes:
             assert now == tuple(braked(before, GUARD, PERIOD))
+            assert self.drags[-1] == NOTHING
             return
         # No command that is not armed, fresh, finite and in range ever passes.
         command = self.last.v_c, self.last.omega_c, self.last.v_z
@@ -295,6 +386,8 @@ class Link(RuleBasedStateMachine):
         assert now == command
         assert np.isfinite(command).all()
         assert (np.abs(command) <= LARGEST).all()
+        assert self.drags[-1] == self.last.dragged
+        assert self.drags[-1] == NOTHING or self.may_be_dragged(self.last.dragged)
         # The drift that the inbox allows the clocks is far below a period here.
         age = self.now - self.sent[self.last.sequence]
         assert age < GATE.fresh + PERIOD
@@ -308,11 +401,21 @@ class Link(RuleBasedStateMachine):
         return 0 <= k < len(self.said) - 1 and self.is_rest(self.said[k])
 
     @staticmethod
-    def is_good(said):
+    def may_be_dragged(dragged):
+        return bool(
+            dragged.body in (4, 5)
+            and np.isfinite(dragged).all()
+            and np.linalg.norm(dragged.p_BQ) <= 0.5
+            and np.linalg.norm(dragged.to) <= 2.0
+        )
+
+    @classmethod
+    def is_good(cls, said):
         return bool(
             said.dead_man == 1
             and said.stop == 0
             and said.age <= 0.25
+            and (said.dragged == NOTHING or cls.may_be_dragged(said.dragged))
             and np.isfinite(said.command).all()
             and (np.abs(said.command) <= LARGEST).all()
         )
@@ -323,6 +426,7 @@ class Link(RuleBasedStateMachine):
             said.dead_man == 0
             and said.stop == 0
             and said.age <= 0.25
+            and said.dragged == NOTHING
             and (np.abs(said.command) <= 0.05 * LARGEST).all()
         )
 
@@ -339,7 +443,7 @@ TestLink.settings = settings(max_examples=200, stateful_step_count=40)
 
 @given(
     said=st.lists(
-        st.builds(OperatorSample, *[st.floats(allow_nan=True)] * 3, *[st.floats()] * 3),
+        st.builds(OperatorSample, *[st.floats(allow_nan=True)] * len(NOBODY)),
         max_size=20,
     )
 )
@@ -355,11 +459,14 @@ def test_whatever_comes_what_passes_is_finite_and_in_range(passed, said):
 def test_ports_are_those_of_the_contract():
     block = CommandGate(Gate(), Guard(), PERIOD)
     assert block.num_input_ports() == 1
-    assert block.GetInputPort("operator_input").size() == 7
+    assert block.GetInputPort("operator_input").size() == 14
     sizes = {"ee_command": 3, "guard_status": 1, "gate_status": 1, "gate_arming": 1}
     assert block.num_output_ports() == len(sizes)
     for name, size in sizes.items():
         assert block.GetOutputPort(name).size() == size
+    block = CommandGate(Gate(), Guard(), PERIOD, ARM)
+    assert block.num_output_ports() == len(sizes) + 1
+    assert block.GetOutputPort("drag").size() == 7
 
 
 def test_two_contexts_do_not_disturb_each_other(fed, outputs, step):

@@ -8,15 +8,25 @@ import pytest
 from drake_mobman.diagrams import make_diagram
 from hypothesis import given
 from hypothesis import strategies as st
-from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 
 from drake_mobman.guidance.guiding_hand import Hand
+from drake_mobman.robots.franka_tiago import FrankaTiago
+from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import read_log
+from drake_mobman.runs.metrics import metrics
+from drake_mobman.runs.motion import holding
 from drake_mobman.runs.scenario import load_scenario
+from drake_mobman.runs.simulate import Run
+from drake_mobman.teleop.drag import NOTHING, Drag, Dragged
 from drake_mobman.teleop.gate import GateStatus
 from drake_mobman.teleop.guard import Guard
-from drake_mobman.teleop.led_hand import LedHand, led_velocity, on_a_leash
+from drake_mobman.teleop.led_hand import (
+    LedHand,
+    drag_velocity,
+    led_velocity,
+    on_a_leash,
+)
 from drake_mobman.teleop.live import NOBODY, OperatorSample
 from drake_mobman.teleop.standstill import Standstill, next_share
 
@@ -158,11 +168,13 @@ def test_leash_keeps_the_hand_near_and_its_direction(hand, tool, most):
 
 def test_hand_that_pulls_in_vain_does_not_run_away_from_its_tool(fed):
     hand = Hand(stiffness=600.0, max_force=60.0)
-    block = LedHand(hand, PERIOD, BodyIndex(1))
+    model = RobotModel(FrankaTiago())
+    block = LedHand(hand, Drag(), model, PERIOD)
+    still = {"drag": NOTHING, "robot_state": np.zeros(20)}
     start = [hand.path[0].x, hand.path[0].y, hand.path[0].z]
     stuck = {"tool_position": start, "tool_velocity": [0.0, 0.0, 0.0]}
     where = {"workspace": [0.5, 0.0, 0.0], "base_pose": [0.0, 0.0, 0.0]}
-    context = fed(block, ee_command=[0.3, 0.0, 0.0], **stuck, **where)
+    context = fed(block, ee_command=[0.3, 0.0, 0.0], **stuck, **where, **still)
     Simulator(block, context).AdvanceTo(5.0)
     # As far as the spring alone pulls with all the force that there is.
     away = block.GetOutputPort("hand_position").Eval(context) - start
@@ -199,3 +211,107 @@ def test_base_comes_along_and_hand_holds_still_when_let_go():
     assert not log["base_sent"][last].any()
     assert np.ptp(log["hand_position"][last], axis=0).max() == 0
     assert np.abs(log["tool_velocity"][last]).max() < 0.01
+
+
+# --- An arm that is dragged ----------------------------------------------------------
+
+
+@given(
+    hand=POINTS,
+    target=POINTS,
+    most=st.floats(0.01, 1.0),
+)
+def test_hand_drags_straight_to_its_target_no_faster_than_it_may(hand, target, most):
+    v = np.array(drag_velocity(hand, target, most, PERIOD))
+    assert np.linalg.norm(v) <= most * (1 + 1e-9)
+    away = np.subtract(target, hand)
+    if np.linalg.norm(away) <= most * PERIOD:
+        np.testing.assert_allclose(hand + PERIOD * v, target, atol=1e-12)
+    else:
+        assert np.linalg.norm(v) == pytest.approx(most)
+        assert np.linalg.norm(np.cross(v, away)) < 1e-9
+
+
+POINT = (0.0, 0.05, 0.05)  # On the last link, in its own frame [m].
+START, LET_GO = 20, 420  # Samples.
+
+
+@functools.cache
+def dragged():
+    """The last link is dragged 0.8 m ahead of where it is over the base, and let go."""
+    model = RobotModel(FrankaTiago())
+    scenario = load_scenario("petric_guided")[1]
+    q = scenario.start_position(model)
+    link = model.arm_bodies["link7"]
+    p_WQ, _ = model.point_W(link, POINT, [*q, *np.zeros(10)])
+    pull = Dragged(link, *POINT, *np.add(p_WQ, [0.8, 0.0, 0.0]))
+    said = held(0.0, 0.0, 0.0)._replace(**pull._asdict())
+    return driven("petric_guided", [(REST, 0.2), (said, 4.0), (REST, 2.0)])
+
+
+def test_dragged_arm_comes_and_the_base_after_it():
+    _, log = dragged()
+    reach = log["workspace"][:, 0]
+    assert reach[LET_GO] > reach[START] + 0.05
+    assert log["base_pose"][LET_GO, 0] > 0.1
+    assert not np.abs(log["tool_velocity"][: START + 1]).max() > 1e-6
+
+
+def test_drag_pulls_at_the_point_and_no_harder_than_it_may():
+    scenario, log = dragged()
+    force = np.linalg.norm(log["hand_force"], axis=1)
+    assert 20.0 < force.max() <= scenario.drag.max_force
+    # Led from where the point was, no faster than may be, as far as the spring goes.
+    model = RobotModel(scenario.robot)
+    still = np.zeros((len(force), 10))
+    states = np.hstack([log["base_pose"], log["arm_position"], still])
+    link = model.arm_bodies["link7"]
+    points = np.array([model.point_W(link, POINT, x)[0] for x in states])
+    led = log["hand_position"][START + 2 : LET_GO]
+    assert np.linalg.norm(led[0] - points[START + 1]) < 0.005
+    speed = np.linalg.norm(np.diff(led, axis=0), axis=1) / PERIOD
+    gap = np.linalg.norm(led - points[START + 2 : LET_GO], axis=1)
+    leash = scenario.drag.max_force / scenario.drag.stiffness
+    assert speed[gap[1:] < 0.9 * leash].max() <= scenario.drag.max_speed * (1 + 1e-9)
+    assert gap.max() < leash + 0.01
+
+
+def test_arm_that_is_let_go_is_held_where_it_is_and_the_base_rests():
+    _, log = dragged()
+    assert (log["drag"][LET_GO + 1 :] == 0).all()
+    assert (log["gate_status"][LET_GO + 5 :] == GateStatus.RELEASED).all()
+    # The hand takes hold of the tool where that is.
+    gap = np.linalg.norm(log["hand_position"] - log["tool_position"], axis=1)
+    assert gap[LET_GO + 2] < 0.02
+    last = slice(-50, None)
+    assert np.ptp(log["hand_position"][last], axis=0).max() == 0
+    assert np.abs(log["tool_velocity"][last]).max() < 0.01
+    assert not log["base_sent"][last].any()
+
+
+def test_error_of_the_hand_is_told_while_it_holds_the_tool_alone():
+    scenario, log = dragged()
+    held_ = holding(Run(scenario, log, 1.0, np.zeros(0)))
+    assert held_[: START + 1].all()
+    assert not held_[START + 2 : LET_GO].any()
+    assert held_[LET_GO + 2 :].all()
+    gap = np.linalg.norm(log["hand_position"] - log["tool_position"], axis=1)
+    numbers = metrics(Run(scenario, log, 1.0, np.zeros(0)))
+    assert numbers["hand_error_max"] == gap[held_].max() < gap[~held_].max()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_arm_that_is_held_anywhere_by_its_hand_does_not_shake(seed):
+    # Held by an edge of its hand, the arm gives way most easily.
+    model = RobotModel(FrankaTiago())
+    scenario = load_scenario("petric_guided")[1]
+    q = scenario.start_position(model)
+    rng = np.random.default_rng(seed)
+    body = model.arm_bodies["hand"]
+    edge = rng.choice([-1, 1], 3) * [0.03, 0.1, 0.06]
+    p_WQ, _ = model.point_W(body, edge, [*q, *np.zeros(10)])
+    pull = Dragged(body, *edge, *(p_WQ + rng.normal(scale=0.03, size=3)))
+    said = held(0.0, 0.0, 0.0)._replace(**pull._asdict())
+    _, log = driven("petric_guided", [(REST, 0.1), (said, 3.0)])
+    change = np.abs(np.diff(log["hand_force"][-50:], axis=0))
+    assert change.max() < 0.3

@@ -11,12 +11,14 @@ from pydrake.systems.primitives import VectorLogSink
 
 from drake_mobman.console.choices import live
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import read_log
 from drake_mobman.runs.run_folder import new_folder, write_run
-from drake_mobman.runs.scenario import ScenarioError, load_scenario
+from drake_mobman.runs.scenario import Guided, ScenarioError, load_scenario
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import simulate
-from drake_mobman.teleop.live import NOBODY, SIZE, LiveSource
+from drake_mobman.teleop.drag import Dragged
+from drake_mobman.teleop.live import NOBODY, SIZE, LiveSource, OperatorSample
 from drake_mobman.teleop.recorded import (
     COMMANDS,
     HEADER,
@@ -71,6 +73,17 @@ def test_a_file_that_is_cut_off_is_read_as_far_as_it_is_whole(tmp_path, cut):
     file = record(tmp_path, samples)
     file.write_bytes(file.read_bytes()[:-cut])
     assert read_samples(file).tobytes() == samples[:4].tobytes()
+
+
+def test_a_file_from_before_anything_could_be_dragged_is_still_read(tmp_path):
+    names = b"v_c, omega_c, v_z, dead_man, age, stop, choice"
+    samples = anything(5)[:, :7]
+    file = tmp_path / COMMANDS
+    file.write_bytes(b"operator_input: " + names + b"; <f8\n" + samples.tobytes())
+    read = read_samples(file)
+    assert read[:, :7].tobytes() == samples.tobytes()
+    assert read.shape == (5, 14)
+    assert not read[:, 7:].any()
 
 
 @pytest.mark.parametrize(
@@ -140,19 +153,26 @@ def written(folder, scenario, samples, **changes):
     return str(path)
 
 
-def operated(rng, ticks, choices):
-    """Returns samples of someone who drives, lets go, falls silent and makes errors."""
+def operated(rng, ticks, choices, bodies):
+    """Returns samples of someone who drives, lets go, falls silent and makes errors.
+
+    And drags, where there are bodies to be dragged.
+    """
     samples = []
     while len(samples) < ticks:
         for held in (0.0, 1.0):
             command = rng.uniform(-0.4, 0.4, 3) * held
             choice = float(rng.integers(0, choices))
+            drag = OperatorSample().dragged
+            if bodies and held and rng.random() < 0.5:
+                point, to = rng.uniform(-0.1, 0.1, 3), rng.uniform(0.2, 0.8, 3)
+                drag = Dragged(float(rng.choice(bodies)), *point, *to)
             n = int(rng.integers(3, 60) if held else rng.integers(1, 15))
             for _ in range(n):
                 command = np.clip(command + rng.normal(0, 0.01, 3) * held, -0.4, 0.4)
                 age = rng.uniform(0.0, 0.26 if rng.random() < 0.03 else 0.1)
                 stop = float(rng.random() < 0.005)
-                samples.append([*command, held, age, stop, choice])
+                samples.append([*command, held, age, stop, choice, *drag])
         if rng.random() < 0.3:
             samples[-1][int(rng.integers(0, 3))] = rng.choice([np.nan, np.inf, 9.0])
     return np.array(samples[:ticks])
@@ -167,7 +187,9 @@ def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     rng = np.random.default_rng(3)
-    said = operated(rng, 300, len(scenario.controllers))
+    guided = isinstance(scenario, Guided)
+    bodies = list(RobotModel(scenario.robot).arm_bodies.values()) if guided else []
+    said = operated(rng, 300, len(scenario.controllers), bodies)
     for k, sample in enumerate(said):
         diagram.GetInputPort("operator_input").FixValue(context, sample)
         simulator.AdvanceTo((k + 1) * scenario.period)
@@ -176,6 +198,7 @@ def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
     assert np.abs(log["arm_velocity"]).max() > 0.05
     assert len(np.unique(log["gate_status"])) > 3
     assert len(np.unique(log["handover"][:, 1])) > 1
+    assert not guided or len(np.unique(log["drag"][:, 0])) > 2
 
     path = written(tmp_path, scenario, log["operator_input"])
     run = simulate(load_scenario(path)[1])
@@ -187,7 +210,7 @@ def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
 
 def test_a_replays_folder_plays_back_by_itself_wherever_it_goes(tmp_path):
     (tmp_path / "me").mkdir()
-    said = operated(np.random.default_rng(5), 60, 1)
+    said = operated(np.random.default_rng(5), 60, 1, [])
     given = written(tmp_path / "me", load_scenario("kwon_1")[1], said)
 
     def replayed(path, folder):

@@ -136,7 +136,7 @@ def test_snapshot_tells_all_that_a_page_shows():
             ("base_sent", 2),
             ("base_pose", 3),
             ("arm_position", 2),
-            ("operator_input", 7),
+            ("operator_input", 14),
         ):
             assert len(shown.signals[name]) == size
         json.dumps(shown.signals["base_pose"])

@@ -79,7 +79,7 @@ class Desk:
             MessageError: where no page of ours says such a thing, or so much.
         """
         page.rate.count()
-        said = parsed(message, self._largest)
+        said = parsed(message, self._largest, self._session.draggable)
         if isinstance(said, Ask):
             self._answer(page, said)
         elif page is self.operator:

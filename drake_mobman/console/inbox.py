@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from drake_mobman.teleop.drag import NOTHING, Dragged
 from drake_mobman.teleop.live import NOBODY, OperatorSample
 
 _DRIFT = 1e-3
@@ -25,6 +26,7 @@ class OperatorInput:
     v_z: float = 0.0  # [m/s].
     dead_man: bool = False  # Whether it is held.
     sent: float | None = None  # When, by the sender's own monotonic clock [s].
+    dragged: Dragged = NOTHING  # Which point of the arm is dragged, and whereto.
 
 
 class Inbox:
@@ -110,4 +112,5 @@ class Inbox:
                 age=max(0.0, self._clock() - self._stamp),
                 stop=stop,
                 choice=choice,
+                **said.dragged._asdict(),
             )

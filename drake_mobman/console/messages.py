@@ -4,10 +4,12 @@ import dataclasses as dc
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from drake_mobman.console.inbox import OperatorInput
+from drake_mobman.teleop.drag import NOTHING, Dragged
 
 LARGEST = 512
 """Most bytes that a message may have."""
@@ -50,7 +52,9 @@ ASKS = ("stop", "take", "hand_over", "reset", "record", "end_record", "choose")
 
 
 def parsed(
-    message: str | bytes, largest: tuple[float, float, float]
+    message: str | bytes,
+    largest: tuple[float, float, float],
+    bodies: Mapping[str, int] = MappingProxyType({}),
 ) -> OperatorInput | Ask:
     """Returns what a page says.
 
@@ -60,6 +64,7 @@ def parsed(
     Args:
         message: a JSON object.
         largest: magnitudes of v_c, v_z [m/s] and omega_c [rad/s] at a full stick.
+        bodies: indices in the plant, by name, of those that may be dragged.
 
     Raises:
         MessageError: if no page of ours says such a thing.
@@ -75,7 +80,7 @@ def parsed(
         raise MessageError("not JSON") from None
     if not isinstance(said, dict):
         raise MessageError("not an object")
-    return _ask(said) if "ask" in said else _input(said, largest)
+    return _ask(said) if "ask" in said else _input(said, largest, bodies)
 
 
 def _ask(said: dict[str, Any]) -> Ask:
@@ -86,9 +91,13 @@ def _ask(said: dict[str, Any]) -> Ask:
     return Ask(said["ask"], choice)
 
 
-def _input(said: dict[str, Any], largest: tuple[float, float, float]) -> OperatorInput:
+def _input(
+    said: dict[str, Any],
+    largest: tuple[float, float, float],
+    bodies: Mapping[str, int],
+) -> OperatorInput:
     names = {"sequence", "v_c", "omega_c", "v_z", "dead_man", "sent"}
-    if said.keys() != names or not isinstance(said["dead_man"], bool):
+    if said.keys() - {"drag"} != names or not isinstance(said["dead_man"], bool):
         raise MessageError("not an input")
     sequence, sent = said["sequence"], _number(said["sent"])
     counted = type(sequence) is int and 0 <= sequence <= _LARGEST_COUNT
@@ -96,7 +105,21 @@ def _input(said: dict[str, Any], largest: tuple[float, float, float]) -> Operato
         raise MessageError("not an input")
     shares = (_number(said[name]) for name in ("v_c", "omega_c", "v_z"))
     v_c, omega_c, v_z = (x * most for x, most in zip(shares, largest, strict=True))
-    return OperatorInput(sequence, v_c, omega_c, v_z, said["dead_man"], sent)
+    dragged = _dragged(said.get("drag"), bodies)
+    return OperatorInput(sequence, v_c, omega_c, v_z, said["dead_man"], sent, dragged)
+
+
+def _dragged(said: Any, bodies: Mapping[str, int]) -> Dragged:
+    """Returns what a page says of a drag, or None where it drags nothing."""
+    if said is None:
+        return NOTHING
+    if not isinstance(said, dict) or said.keys() != {"body", "point", "to"}:
+        raise MessageError("not a drag")
+    body, *places = said["body"], said["point"], said["to"]
+    known = isinstance(body, str) and body in bodies
+    if not (known and all(isinstance(x, list) and len(x) == 3 for x in places)):
+        raise MessageError("not a drag")
+    return Dragged(bodies[body], *(_number(x) for place in places for x in place))
 
 
 def _number(value: Any) -> float:

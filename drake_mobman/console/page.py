@@ -12,6 +12,7 @@ from nicegui import ui
 
 from drake_mobman.console.plots import SPAN, plots
 from drake_mobman.console.session import LiveSession
+from drake_mobman.console.view import DRAGS
 from drake_mobman.runs.scenario import AnyScenario
 
 _HEAD = '<link rel="stylesheet" href="/static/console.css">'
@@ -89,13 +90,19 @@ def _controls(session: LiveSession) -> None:
             with _block("choose", "select", title="Who tells base and arm what to do"):
                 for choice in session.choices:
                     _text("", choice, "option", value=choice)
-        _text("help", _HELP)
+        drags = session.draggable and DRAGS
+        _text("help", _HELP + (_DRAG_HELP if drags else ""))
 
 
 _HELP = (
     "Hold the pad or the lever to drive, let go to stop. "
     '<span class="keys">Keys: hold <b>Space</b>, steer by arrows or <b>WASD</b>, up and'
     " down by <b>R</b> <b>F</b>; <b>Esc</b> stops. Gamepad: hold a trigger.</span>"
+)
+
+
+_DRAG_HELP = (
+    '<span class="keys"> In the picture, <b>Ctrl</b> + drag pulls the arm.</span>'
 )
 
 

@@ -20,10 +20,11 @@ from drake_mobman.console.choices import choices, live
 from drake_mobman.console.inbox import Inbox, OperatorInput
 from drake_mobman.console.recorder import FILES, Recorder
 from drake_mobman.diagrams import make_diagram
+from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import Log, drained_log
 from drake_mobman.runs.motion import hand_motion
 from drake_mobman.runs.run_folder import check_writable
-from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.runs.scenario import AnyScenario, Guided
 from drake_mobman.runs.simulate import Run, check_finite
 from drake_mobman.teleop.gate import Arming, GateStatus
 
@@ -102,6 +103,10 @@ class LiveSession:
     def __init__(self, scenario: AnyScenario, record: Path | None = None) -> None:
         self.scenario = live(scenario)
         self.choices = choices(self.scenario)
+        # Indices of the bodies that an operator may drag, by name.
+        pulled = isinstance(self.scenario, Guided)
+        robot = self.scenario.robot
+        self.draggable = RobotModel(robot).arm_bodies if pulled else {}
         self._diagram = make_diagram(self.scenario)
         self._inbox = Inbox(late=self.scenario.gate.fresh)
         self._who = "nobody"

@@ -2,12 +2,14 @@
 
 import logging
 import threading
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
+from pydrake.visualization import VisualizationConfig
 
 from drake_mobman import signals
 from drake_mobman.console.session import LiveSession, Snapshot
@@ -17,8 +19,14 @@ from drake_mobman.runs.scenario import AnyScenario
 PERIOD = 1 / 30
 """Between two pictures, at least [s]."""
 
+DRAGS = hasattr(VisualizationConfig, "mouse_interaction_stiffness")
+"""Whether Meshcat knows of Ctrl + drag, as it does from Drake 1.57 on."""
+
 _WORLD = "world"
-"""Path of all that stands in the world."""
+"""Path of all that stands in the world, but for what may be dragged."""
+
+_DRAGGED = "drake"
+"""Path of what may be dragged in the world: Meshcat looks nowhere else."""
 
 _STILL = 1e-4
 """By how much a picture may be wrong [m, rad]."""
@@ -42,9 +50,15 @@ class View:
     Args:
         scenario: whose robot is shown.
         meshcat: where.
+        draggable: names of bodies that may be dragged.
     """
 
-    def __init__(self, scenario: AnyScenario, meshcat: Meshcat) -> None:
+    def __init__(
+        self,
+        scenario: AnyScenario,
+        meshcat: Meshcat,
+        draggable: Collection[str] = (),
+    ) -> None:
         self._meshcat = meshcat
         plant, scene_graph = drawn_plant(scenario.robot)
         self._plant, self._context = plant, plant.CreateDefaultContext()
@@ -53,9 +67,15 @@ class View:
         # Not by a `MeshcatVisualizer`: in a diagram, Python would let go of it and of
         # `meshcat` whenever it likes and in any thread, which ends the process.
         inspector = scene_graph.model_inspector()
-        self._drawn = [
-            body for body in bodies if _draw_body(plant, body, inspector, meshcat)
-        ]
+        paths = {
+            body: f"{_DRAGGED if body.name() in draggable else _WORLD}/{body.name()}"
+            for body in bodies
+        }
+        self._drawn = {
+            body: path
+            for body, path in paths.items()
+            if _draw_body(plant, body, inspector, meshcat, path)
+        }
         self._paths = {
             "base_path": _Path(Rgba(0.45, 0.45, 0.45)),
             "hand_path": _Path(Rgba(0.1, 0.55, 0.75)),
@@ -75,9 +95,9 @@ class View:
             return  # To draw takes the browser's time, where it has no graphics card.
         self._shown = [*q, *guide]
         self._plant.SetPositions(self._context, q)
-        for body in self._drawn:
+        for body, path in self._drawn.items():
             X_WB = self._plant.EvalBodyPoseInWorld(self._context, body)
-            self._meshcat.SetTransform(f"{_WORLD}/{body.name()}", X_WB)
+            self._meshcat.SetTransform(path, X_WB)
         self._scroll(*pose[:2])
         if snapshot.time < self._time:  # It has been started over.
             self._forget_paths()
@@ -90,7 +110,8 @@ class View:
 
     def _scroll(self, x: float, y: float) -> None:
         """Moves the world so that the base is in the middle."""
-        self._meshcat.SetTransform(_WORLD, RigidTransform([-x, -y, 0.0]))
+        for path in (_WORLD, _DRAGGED):
+            self._meshcat.SetTransform(path, RigidTransform([-x, -y, 0.0]))
         cell = [-(x % _CELL), -(y % _CELL), 0.0]
         self._meshcat.SetTransform("floor", RigidTransform(cell))
 
@@ -131,15 +152,17 @@ def _furnish(meshcat: Meshcat, reach: float) -> None:
     meshcat.SetCameraPose(target + away, target)
 
 
-def _draw_body(plant: Any, body: Any, inspector: Any, meshcat: Meshcat) -> bool:
+def _draw_body(
+    plant: Any, body: Any, inspector: Any, meshcat: Meshcat, path: str
+) -> bool:
     """Draws what a body looks like; returns whether there is anything to see."""
     geometries = plant.GetVisualGeometriesForBody(body)
     for i, geometry in enumerate(geometries):
-        path = f"{_WORLD}/{body.name()}/{i}"
+        part = f"{path}/{i}"
         properties = inspector.GetIllustrationProperties(geometry)
         color = properties.GetPropertyOrDefault("phong", "diffuse", Rgba(0.8, 0.8, 0.8))
-        meshcat.SetObject(path, inspector.GetShape(geometry), color)
-        meshcat.SetTransform(path, inspector.GetPoseInFrame(geometry))
+        meshcat.SetObject(part, inspector.GetShape(geometry), color)
+        meshcat.SetTransform(part, inspector.GetPoseInFrame(geometry))
     return bool(geometries)
 
 
@@ -184,7 +207,8 @@ class Viewer:
     def _run(self) -> None:
         try:
             meshcat = local_meshcat()
-            view = View(self._session.scenario, meshcat)
+            draggable = self._session.draggable if DRAGS else ()
+            view = View(self._session.scenario, meshcat, draggable)
             self.url = meshcat.web_url()
         finally:
             self._ready.set()  # Without a picture one still drives.

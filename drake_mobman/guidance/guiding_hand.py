@@ -7,7 +7,7 @@ import dataclasses as dc
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.math import sqrt
@@ -78,8 +78,16 @@ class Hand:
                 raise ParameterError(f"releases[{i + 1}].start", d.start, valid)
 
 
+class Spring(Protocol):
+    """What pulls, as a spring and a damper of bounded force."""
+
+    stiffness: float  # [N/m].
+    damping: float  # [N s/m].
+    max_force: float  # [N].
+
+
 def hand_force(
-    p_WE: Any, v_WE: Any, p_WH: Any, v_WH: Any, params: Hand
+    p_WE: Any, v_WE: Any, p_WH: Any, v_WH: Any, params: Spring
 ) -> list[Scalar]:
     """Returns the force (3,) in W [N] on a tool E that a hand H holds.
 

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.multibody.tree import BodyIndex, JacobianWrtVariable
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
@@ -57,6 +57,7 @@ class RobotModel:
     Attributes:
         plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
         arm_joints: names of the arm's joints.
+        arm_bodies: indices in the plant of the bodies that these move, by name.
         limits: of these, from the URDF.
     """
 
@@ -67,6 +68,7 @@ class RobotModel:
         joints = [self.plant.get_joint(i) for i in self.plant.GetJointIndices()]
         moving = [joint.name() for joint in joints if joint.num_positions()]
         self.arm_joints = moving[BASE_JOINTS:]
+        self.arm_bodies = arm_bodies(self.plant)
         self.limits = joint_limits(self.plant)
         self._context = self.plant.CreateDefaultContext()
 
@@ -99,6 +101,21 @@ class RobotModel:
         V_WB = self.plant.EvalBodySpatialVelocityInWorld(self._context, body)
         return X_WB.translation(), V_WB.translational()
 
+    def point_W(self, body: int, p_BQ: Any, state: Any) -> tuple[Any, Any]:
+        """Returns position [m] and velocity [m/s] (3,) in W of a point Q of a body B.
+
+        Args:
+            body: index of B in the plant.
+            p_BQ: where in B (3,) [m].
+            state: positions of base and arm, then velocities, 2 (3 + n,).
+        """
+        self.plant.SetPositionsAndVelocities(self._context, state)
+        B = self.plant.get_body(BodyIndex(body))
+        X_WB = self.plant.EvalBodyPoseInWorld(self._context, B)
+        V_WB = self.plant.EvalBodySpatialVelocityInWorld(self._context, B)
+        V_WQ = V_WB.Shift(X_WB.rotation() @ p_BQ)
+        return X_WB @ p_BQ, V_WQ.translational()
+
     def manipulability(self) -> float:
         """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints.
 
@@ -115,6 +132,14 @@ class RobotModel:
         )[:, BASE_JOINTS:]
         gram = J @ J.T if J.shape[1] >= 3 else J.T @ J
         return float(np.sqrt(max(np.linalg.det(gram), 0.0)))
+
+
+def arm_bodies(plant: Any) -> dict[str, int]:
+    """Returns the indices of the bodies of a finished plant that its arm moves."""
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    arm = [joint.index() for joint in joints if joint.num_positions()][BASE_JOINTS:]
+    bodies = plant.GetBodiesKinematicallyAffectedBy(arm)
+    return {plant.get_body(body).name(): int(body) for body in bodies}
 
 
 def joint_limits(plant: Any) -> JointLimits:

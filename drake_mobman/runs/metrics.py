@@ -10,7 +10,7 @@ from drake_mobman import __version__, signals
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import Log
-from drake_mobman.runs.motion import hand_motion, manipulability
+from drake_mobman.runs.motion import hand_motion, holding, manipulability
 from drake_mobman.runs.simulate import Run
 
 
@@ -29,7 +29,7 @@ def metrics(run: Run) -> dict[str, Any]:
     if not len(log["time"]):
         return {"died": run.died, "versions": versions}
     sent = log[signals.BASE_SENT]
-    of_the_hand = _guided(log) if signals.HAND_FORCE in log else _commanded(run)
+    of_the_hand = _guided(run) if signals.HAND_FORCE in log else _commanded(run)
     return of_the_hand | {
         "base_speed_max": _largest(sent[:, 0]),
         "base_yaw_rate_max": _largest(sent[:, 1]),
@@ -62,15 +62,16 @@ def _commanded(run: Run) -> dict[str, Any]:
     }
 
 
-def _guided(log: Log) -> dict[str, Any]:
-    """Returns the metrics of a hand that pulls; its error is told while it holds."""
+def _guided(run: Run) -> dict[str, Any]:
+    """Returns the metrics of a hand that pulls; its error, while it holds the tool."""
+    log = run.log
     gap = np.linalg.norm(
         log[signals.HAND_POSITION] - log[signals.TOOL_POSITION], axis=1
     )
     force = np.linalg.norm(log[signals.HAND_FORCE], axis=1)
     return {
         "hand_force_max": _largest(force),
-        "hand_error_max": _largest(gap[force > 0]),
+        "hand_error_max": _largest(gap[holding(run)]),
     }
 
 

@@ -1,12 +1,15 @@
 """What the hand and the base truly did, worked out from a log."""
 
 import dataclasses as dc
+from typing import cast
 
 import numpy as np
 
 from drake_mobman import signals
+from drake_mobman.guidance.guiding_hand import holds
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.model import RobotModel
+from drake_mobman.runs.scenario import Guided
 from drake_mobman.runs.simulate import Run
 
 _INSTANT = 1e-5
@@ -45,6 +48,20 @@ class HandMotion:
     def drift(self, period: float) -> np.ndarray:
         """Returns how far E is from where the commanded velocity leads (N,) [m]."""
         return np.linalg.norm(self.position - self.led(period), axis=1)
+
+
+def holding(run: Run) -> np.ndarray:
+    """Returns whether the force logged is that of a hand that holds the tool (N,).
+
+    It is the force of the control tick before. An operator's hand holds the tool unless
+    it drags another point.
+    """
+    if signals.DRAG in run.log:
+        dragged = run.log[signals.DRAG][:, 0] != 0
+        return ~np.append(False, dragged[:-1])
+    ticks = run.log["time"] - run.scenario.period / 2
+    releases = cast(Guided, run.scenario).hand.releases
+    return np.array([holds(time, releases) for time in ticks])
 
 
 def hand_motion(run: Run) -> HandMotion:

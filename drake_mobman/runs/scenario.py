@@ -31,6 +31,7 @@ from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.runs.schema import load_typed, load_yaml, with_override
 from drake_mobman.teleop.choice import Change
+from drake_mobman.teleop.drag import Drag
 from drake_mobman.teleop.gate import Gate
 from drake_mobman.teleop.guard import Guard
 from drake_mobman.teleop.live import Operator
@@ -161,6 +162,7 @@ class Guided(Scenario):
     guard: Guard = dc.field(default_factory=Guard)  # Of an operator who leads the hand.
     gate: Gate = dc.field(default_factory=Gate)  # The same.
     hand: Hand = dc.field(default_factory=Hand)
+    drag: Drag = dc.field(default_factory=Drag)  # Of an operator who pulls elsewhere.
     field: VelocityField = dc.field(default_factory=VelocityField)
     # What a live operator may choose instead, while driving.
     alternatives: list[VelocityField] = dc.field(default_factory=list)
@@ -187,6 +189,10 @@ class Guided(Scenario):
         if self.hand.damping > most:
             valid = f"must be at most {most:g} at a period of {self.period:g} s"
             raise ParameterError("hand.damping", self.hand.damping, valid)
+        most = _LEAST_DRAGGED / self.period
+        if self.drag.damping > most:
+            valid = f"must be at most {most:g} at a period of {self.period:g} s"
+            raise ParameterError("drag.damping", self.drag.damping, valid)
         speed, fastest = peak_speed(self.hand), self.smoother.max_speed
         if self.smoother.enabled and speed > fastest:
             valid = f"out of reach; the base follows at most {fastest:g} m/s"
@@ -221,6 +227,9 @@ class Guided(Scenario):
 _LEAST_MASS = 1.2
 """What a hand's damping held for a period may amount to [kg]: three times the least
 that the tool weighs in any posture. Above, hand and tool shake each other."""
+
+_LEAST_DRAGGED = 0.45
+"""The same [kg] for whatever point of the arm is dragged."""
 
 _GRASP = 0.05
 """How far from the tool a hand may take hold of it [m]."""

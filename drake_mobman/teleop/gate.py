@@ -13,6 +13,7 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked, checked_period, positive
+from drake_mobman.teleop.drag import NOTHING, Draggable, drag_status
 from drake_mobman.teleop.guard import Guard, GuardStatus, braked, command_status
 from drake_mobman.teleop.live import SIZE, OperatorSample
 
@@ -67,36 +68,47 @@ class GateState(NamedTuple):
     status: GateStatus = GateStatus.NOT_ARMED
 
 
-def input_status(said: OperatorSample, gate: Gate, guard: Guard) -> GateStatus:
+_NOTHING = Draggable()
+
+
+def input_status(
+    said: OperatorSample, gate: Gate, guard: Guard, draggable: Draggable = _NOTHING
+) -> GateStatus:
     """Returns why what is said may not pass, the gravest reason, or OK."""
     # Comparisons are such that a NaN never counts as held, fresh, or no stop.
     if said.stop != 0:
         return GateStatus.STOPPED
     if not 0 <= said.age <= gate.fresh:
         return GateStatus.STALE
-    why = command_status(said.command, guard)
-    if why != GuardStatus.OK:
-        return GateStatus(int(why))
+    whys = command_status(said.command, guard), drag_status(said.dragged, draggable)
+    for grave in (GuardStatus.NOT_FINITE, GuardStatus.OVER_RANGE):
+        if grave in whys:
+            return GateStatus(int(grave))
     return GateStatus.OK if said.dead_man > 0.5 else GateStatus.RELEASED
 
 
 def is_at_rest(said: OperatorSample, gate: Gate, guard: Guard) -> bool:
     """Returns whether an operator is there, and neither presses nor commands."""
-    return input_status(said, gate, guard) == GateStatus.RELEASED and all(
+    let_go = input_status(said, gate, guard) == GateStatus.RELEASED
+    return let_go and all(
         abs(c) <= gate.neutral * most
         for c, most in zip(said.command, guard.largest, strict=True)
     )
 
 
 def next_state(
-    last: GateState, said: OperatorSample, gate: Gate, guard: Guard
+    last: GateState,
+    said: OperatorSample,
+    gate: Gate,
+    guard: Guard,
+    draggable: Draggable = _NOTHING,
 ) -> GateState:
     """Returns where the gate stands a period on, given what is said now.
 
     The reason of a stop stays until the gate is armed again; but for a stop that anyone
     asks for, which is told in any case, and a press that does not arm.
     """
-    why = input_status(said, gate, guard)
+    why = input_status(said, gate, guard, draggable)
     if why == GateStatus.OK and last.arming != Arming.LATCHED:
         return GateState(Arming.ARMED, GateStatus.OK)
     if is_at_rest(said, gate, guard) and last.arming != Arming.ARMED:
@@ -119,12 +131,14 @@ class CommandGate(LeafSystem):
         - guard_status
         - gate_status
         - gate_arming
+        - drag (where anything may be dragged)
 
     A command passes, bit for bit, if the operator has armed the gate and the command is
     fresh, finite and in range. The first that is not ends as a stop from the command
     last passed, within the guard's `stop_time`, and latches the reason; to arm again,
     the operator lets dead-man and stick go, and then presses the dead-man afresh.
-    `guard_status` tells of the command as it comes, as the guard does.
+    `guard_status` tells of the command as it comes, as the guard does. A drag passes
+    as a command does; with the first that may not, the point is let go.
 
     The state is the command last passed, `Arming` and `GateStatus`. There is no clock
     in it: the age of a command is measured where it comes in, and is data here.
@@ -133,35 +147,50 @@ class CommandGate(LeafSystem):
         params: what arms.
         guard: what a command may be, and how it is stopped.
         period: control period [s].
+        draggable: what of the robot may be dragged.
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
 
-    def __init__(self, params: Gate, guard: Guard, period: float) -> None:
+    def __init__(
+        self,
+        params: Gate,
+        guard: Guard,
+        period: float,
+        draggable: Draggable = _NOTHING,
+    ) -> None:
         super().__init__()
         self.params = checked(params)
         self.guard = checked(guard)
         self.period = checked_period(period)
+        self.draggable = draggable
+        checked(draggable.params)
         self.said = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
         said = {self.input_port_ticket(self.said.get_index())}
         both = said | {self.xd_ticket()}
-        for name, size, calc, needs in (
+        ports = [
             (signals.EE_COMMAND, 3, self._calc_passed, both),
             (signals.GUARD_STATUS, 1, self._calc_guard_status, said),
             (signals.GATE_STATUS, 1, self._calc_gate_status, both),
             (signals.GATE_ARMING, 1, self._calc_arming, both),
-        ):
+        ]
+        if draggable.bodies:
+            ports.append((signals.DRAG, len(NOTHING), self._calc_drag, both))
+        for name, size, calc, needs in ports:
             self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=needs)
         self.DeclareDiscreteState(np.array([0.0, 0.0, 0.0, *GateState()]))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
 
+    def _said(self, context: Any) -> OperatorSample:
+        return OperatorSample(*self.said.Eval(context).tolist())
+
     def _next(self, context: Any) -> tuple[list[float], GateState]:
         """Returns the command that passes, and where the gate stands then."""
-        said = OperatorSample(*self.said.Eval(context).tolist())
+        said = self._said(context)
         *passed, arming, status = context.get_discrete_state_vector().value()
         last = GateState(Arming(int(arming)), GateStatus(int(status)))
-        state = next_state(last, said, self.params, self.guard)
+        state = next_state(last, said, self.params, self.guard, self.draggable)
         if state.arming == Arming.ARMED:
             return list(said.command), state
         return braked(passed, self.guard, self.period), state
@@ -170,14 +199,19 @@ class CommandGate(LeafSystem):
         output.SetFromVector(np.array(self._next(context)[0]))
 
     def _calc_guard_status(self, context: Any, output: Any) -> None:
-        said = OperatorSample(*self.said.Eval(context))
-        output.SetAtIndex(0, float(command_status(said.command, self.guard)))
+        status = command_status(self._said(context).command, self.guard)
+        output.SetAtIndex(0, float(status))
 
     def _calc_gate_status(self, context: Any, output: Any) -> None:
         output.SetAtIndex(0, float(self._next(context)[1].status))
 
     def _calc_arming(self, context: Any, output: Any) -> None:
         output.SetAtIndex(0, float(self._next(context)[1].arming))
+
+    def _calc_drag(self, context: Any, output: Any) -> None:
+        armed = self._next(context)[1].arming == Arming.ARMED
+        passed = self._said(context).dragged if armed else NOTHING
+        output.SetFromVector(np.array(passed))
 
     def _keep(self, context: Any, state: Any) -> None:
         passed, after = self._next(context)

@@ -9,6 +9,7 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import checked_period
+from drake_mobman.teleop.drag import Dragged
 
 
 class OperatorSample(NamedTuple):
@@ -25,11 +26,24 @@ class OperatorSample(NamedTuple):
     age: float = math.inf  # Since the operator said so [s].
     stop: float = 0.0  # 1 when anyone asks for a stop.
     choice: float = 0.0  # Index of the decomposer, or field, that is to drive.
+    # As in `Dragged`.
+    body: float = 0.0
+    q_x: float = 0.0
+    q_y: float = 0.0
+    q_z: float = 0.0
+    to_x: float = 0.0
+    to_y: float = 0.0
+    to_z: float = 0.0
 
     @property
     def command(self) -> tuple[float, float, float]:
         """Returns the `ee_command` that is asked for."""
         return self.v_c, self.omega_c, self.v_z
+
+    @property
+    def dragged(self) -> Dragged:
+        """Returns which point is to be dragged, and whereto."""
+        return Dragged(*self[-len(Dragged._fields) :])
 
 
 NOBODY = OperatorSample()

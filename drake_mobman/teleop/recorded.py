@@ -14,11 +14,18 @@ from drake_mobman.teleop.live import NOBODY, SIZE, OperatorSample
 COMMANDS = "commands.bin"
 """The file's name in a run folder."""
 
-HEADER = (
-    f"{signals.OPERATOR_INPUT}: {', '.join(OperatorSample._fields)}; <f8\n".encode()
-)
+
+def _header(size: int) -> bytes:
+    names = ", ".join(OperatorSample._fields[:size])
+    return f"{signals.OPERATOR_INPUT}: {names}; <f8\n".encode()
+
+
+HEADER = _header(SIZE)
 """First line of the file. After it, samples (N, SIZE) row by row, one a period from
 time 0 on, as numbers of 8 bytes, little-endian: read whole up to wherever it ends."""
+
+_HEADERS = {SIZE: HEADER, 7: _header(7)}
+"""By the samples' size; the second is of before anything could be dragged."""
 
 
 @dc.dataclass
@@ -62,14 +69,17 @@ def read_samples(path: Path) -> Any:
     except OSError as error:
         why = f"cannot be read, {error.strerror}; {valid}"
         raise ParameterError("file", str(path), why) from None
-    if not data.startswith(HEADER):
+    size = next((n for n, line in _HEADERS.items() if data.startswith(line)), None)
+    if size is None:
         raise ParameterError("file", str(path), valid)
-    row = 8 * SIZE
-    rows = (len(data) - len(HEADER)) // row
+    start = len(_HEADERS[size])
+    rows = (len(data) - start) // (8 * size)
     if rows < 2:
         raise ParameterError("file", str(path), f"{valid} of one period or more")
-    samples = np.frombuffer(data, "<f8", rows * SIZE, len(HEADER))
-    return samples.reshape(rows, SIZE).astype(float)
+    samples = np.tile(NOBODY, (rows, 1))
+    said = np.frombuffer(data, "<f8", rows * size, start)
+    samples[:, :size] = said.reshape(rows, size)
+    return samples
 
 
 class RecordedSource(LeafSystem):

@@ -2,6 +2,7 @@
 // which is said 30 times a second as long as somebody is there to say it.
 
 import { Charts } from "./charts.js";
+import { Drag } from "./drag.js";
 import { Gamepads } from "./gamepad.js";
 import { Handle } from "./handle.js";
 import { Keys } from "./keys.js";
@@ -19,7 +20,6 @@ let said = -Infinity; // When the last message was sent [ms].
 let due = performance.now(); // When the next beat was to come [ms].
 let operates = false;
 
-const scene = new Scene(document.querySelector(".scene"));
 const charts = new Charts(document.querySelectorAll(".plot"));
 const link = new Link(
   (state) => {
@@ -39,7 +39,12 @@ const pad = new Handle(document.querySelector(".pad"), "xy", changed, neutral);
 const lever = new Handle(document.querySelector(".lever"), "y", changed, neutral);
 const keys = new Keys(changed, stop);
 const gamepads = new Gamepads(neutral, stop);
-const devices = [pad, lever, keys, gamepads];
+const drag = new Drag(changed);
+const devices = [pad, lever, keys, gamepads, drag];
+const scene = new Scene(document.querySelector(".scene"), (inside) => {
+  drag.listen(inside);
+  watch(inside);
+});
 
 // To the right, up and away from the ground, each within [-1, 1].
 function pushed() {
@@ -64,6 +69,7 @@ function say(send = (message) => link.send(message)) {
     omega_c: -x, // To the left is positive.
     v_z: z,
     dead_man: devices.some((device) => device.held),
+    drag: drag.pull,
     sent: now / 1000,
   });
   if (sent) said = now;
@@ -79,8 +85,7 @@ function beat() {
 }
 
 // Says at once what an event changed; what comes too soon waits for the next beat.
-function changed(at) {
-  document.documentElement.dataset.changed = at; // [ms], as `performance.now()` counts.
+function changed() {
   const let_go = !devices.some((device) => device.held);
   if (operates && isHere() && (let_go || performance.now() - said >= SOONEST)) say();
 }
@@ -96,7 +101,14 @@ function lose() {
   if (devices.some((device) => device.held)) neutral();
 }
 
-window.addEventListener("blur", neutral);
+// Keys and the loss of attention come to the window that has the focus: the page's or
+// the picture's. Between these two, nothing is lost.
+function watch(inside) {
+  keys.listen(inside);
+  inside.addEventListener("blur", () => isHere() || neutral());
+}
+
+watch(window);
 window.addEventListener("pagehide", neutral);
 document.addEventListener("visibilitychange", neutral);
 document.addEventListener("freeze", neutral);

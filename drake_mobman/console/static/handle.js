@@ -4,8 +4,8 @@
 const DEAD = 0.06; // Share of its way that a handle may be off its middle by mistake.
 
 export class Handle {
-  // `axes` is "xy" or "y"; `changed(at)` is called with the event's time [ms], and
-  // `lost()` where the finger or mouse is taken away without having let go.
+  // `axes` is "xy" or "y"; `changed()` is called where it is pushed or let go, `lost()`
+  // where the finger or mouse is taken away without having let go.
   constructor(element, axes, changed, lost) {
     this.element = element;
     this.knob = element.querySelector(".knob");
@@ -18,7 +18,7 @@ export class Handle {
       if (event.pointerId === this.pointer) this.#move(event);
     });
     element.addEventListener("pointerup", (event) => {
-      if (event.pointerId === this.pointer) this.#let_go(event.timeStamp);
+      if (event.pointerId === this.pointer) this.#let_go();
     });
     for (const kind of ["pointercancel", "lostpointercapture"]) {
       element.addEventListener(kind, (event) => {
@@ -56,12 +56,12 @@ export class Handle {
     const far = Math.hypot(x, y);
     const share = far < DEAD ? 0 : Math.min(1, (far - DEAD) / (1 - DEAD)) / far;
     this.#set(x * share, y * share);
-    this.changed(event.timeStamp);
+    this.changed();
   }
 
-  #let_go(at) {
+  #let_go() {
     this.neutral();
-    this.changed(at);
+    this.changed();
   }
 
   #set(x, y) {

@@ -10,22 +10,28 @@ const STEER = {
 };
 
 export class Keys {
-  // `changed(at)` is called with the event's time [ms], `stop()` on Escape.
+  // `changed()` is called where keys do, `stop()` on Escape.
   constructor(changed, stop) {
+    this.changed = changed;
+    this.stop = stop;
     this.down = new Set();
+  }
+
+  // Hears keys that are pressed in a window.
+  listen(window) {
     // Before anything on the page: a space bar is not to press the button last used.
     window.addEventListener("keydown", (event) => {
-      if (event.code === "Escape") return stop();
+      if (event.code === "Escape") return this.stop();
       if (event.ctrlKey || event.altKey || event.metaKey) return;
       if (!this.#is_ours(event)) return;
       event.preventDefault();
       if (event.repeat) return;
       this.down.add(event.code);
-      changed(event.timeStamp);
+      this.changed();
     }, true);
     window.addEventListener("keyup", (event) => {
       if (this.#is_ours(event)) event.preventDefault();
-      if (this.down.delete(event.code)) changed(event.timeStamp);
+      if (this.down.delete(event.code)) this.changed();
     }, true);
   }
 

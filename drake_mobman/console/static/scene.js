@@ -8,8 +8,11 @@ const PATIENCE = 20; // Timers between two steps.
 const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i; // No graphics card.
 
 export class Scene {
-  constructor(frame) {
+  // `opened(window)` is called with Meshcat's own window, and again where it is loaded
+  // anew.
+  constructor(frame, opened) {
     this.frame = frame;
+    this.opened = opened;
     this.late = 0;
     this.count = 0;
     frame.addEventListener("load", () => this.#tidy());
@@ -44,10 +47,11 @@ export class Scene {
   #tidy() {
     const inside = this.frame.contentDocument;
     if (SOFTWARE.test(this.#drawn_by())) this.#draw(COARSEST);
-    if (!inside?.head || inside.querySelector("style.console")) return;
+    if (!this.#renderer || inside.querySelector("style.console")) return;
     const style = inside.createElement("style");
     style.className = "console";
     style.textContent = ".dg { display: none !important; }";
     inside.head.append(style);
+    this.opened(this.frame.contentWindow);
   }
 }

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from drake_mobman import signals
 from drake_mobman.base.velocity_field import Zone, field_zone, signed_distances
 from drake_mobman.robots.model import RobotModel
-from drake_mobman.runs.figures.hand import holding
 from drake_mobman.runs.figures.style import (
     ARM,
     BASE,
@@ -34,7 +33,7 @@ from drake_mobman.runs.figures.style import (
     new_figure,
     span,
 )
-from drake_mobman.runs.motion import manipulability
+from drake_mobman.runs.motion import holding, manipulability
 from drake_mobman.runs.scenario import Guided
 from drake_mobman.runs.simulate import Run
 

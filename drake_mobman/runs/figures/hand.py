@@ -1,6 +1,6 @@
 """How hand and robot truly moved: what the paper's figures lack."""
 
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from drake_mobman import signals
-from drake_mobman.guidance.guiding_hand import holds
 from drake_mobman.robots.model import Robot, RobotModel
 from drake_mobman.runs.figures.style import (
     ARM,
@@ -27,8 +26,7 @@ from drake_mobman.runs.figures.style import (
     new_figure,
     span,
 )
-from drake_mobman.runs.motion import hand_motion
-from drake_mobman.runs.scenario import Guided
+from drake_mobman.runs.motion import hand_motion, holding
 from drake_mobman.runs.simulate import Run
 
 _BASE_RADIUS = 0.27  # Of the base in the robots' URDFs [m].
@@ -115,16 +113,6 @@ def draw_path(run: Run) -> Figure:
     label_axes(axes, "$x$ [m]", "$y$ [m]")
     name = name_of(law_of(run.scenario))
     return finish(figure, f"From above, the later the darker, {name}")
-
-
-def holding(run: Run) -> np.ndarray:
-    """Returns whether the force logged is that of a hand that holds the tool (N,).
-
-    It is the force of the control tick before.
-    """
-    ticks = run.log["time"] - run.scenario.period / 2
-    releases = cast(Guided, run.scenario).hand.releases
-    return np.array([holds(time, releases) for time in ticks])
 
 
 def while_held(run: Run, x: np.ndarray) -> np.ndarray:

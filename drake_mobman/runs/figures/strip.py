@@ -28,6 +28,7 @@ from drake_mobman.runs.figures.style import (
     name_of,
     new_figure,
 )
+from drake_mobman.runs.motion import holding
 from drake_mobman.runs.simulate import Run
 
 _COLUMNS = 4  # Of pictures in a strip.
@@ -65,7 +66,7 @@ def draw_strip(run: Run) -> Figure:
     chosen = moments(run)
     solid = _Solid(run.scenario.robot)
     pictures = [solid.seen(q[k]) for k in chosen]
-    force = log[signals.HAND_FORCE]
+    force = np.where(holding(run)[:, None], log[signals.HAND_FORCE], 0.0)
     hand = _seen(while_held(run, log[signals.HAND_POSITION]))
     tool = _seen(log[signals.TOOL_POSITION])
     largest = np.max(np.linalg.norm(force[chosen], axis=1))
