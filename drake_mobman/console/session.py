@@ -329,10 +329,12 @@ def hand_error(scenario: AnyScenario, log: Log) -> float:
     """Returns how far the hand is from its command, at a log's last sample.
 
     As in the metrics: its velocity in the plane [m/s]; where a hand pulls, the distance
-    of the tool from the hand [m].
+    of the tool from the hand [m], and not a number where that drags something else.
     """
     last = {name: x[-1:] for name, x in log.items()}
     if signals.HAND_POSITION in log:
+        if last[signals.DRAG].any():
+            return math.nan
         gap = last[signals.HAND_POSITION] - last[signals.TOOL_POSITION]
     else:
         gap = hand_motion(Run(scenario, last, 0.0, np.zeros(0))).error

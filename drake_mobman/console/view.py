@@ -22,11 +22,11 @@ PERIOD = 1 / 30
 DRAGS = hasattr(VisualizationConfig, "mouse_interaction_stiffness")
 """Whether Meshcat knows of Ctrl + drag, as it does from Drake 1.57 on."""
 
-_WORLD = "world"
+_WORLD = "/world"
 """Path of all that stands in the world, but for what may be dragged."""
 
-_DRAGGED = "drake"
-"""Path of what may be dragged in the world: Meshcat looks nowhere else."""
+_DRAGGED = "/drake"
+"""Path of what may be dragged there: Meshcat looks nowhere else."""
 
 _STILL = 1e-4
 """By how much a picture may be wrong [m, rad]."""
