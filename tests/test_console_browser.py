@@ -13,6 +13,7 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.request
 from contextlib import contextmanager, suppress
 
 import numpy as np
@@ -250,18 +251,90 @@ def test_page_that_loses_attention_lets_go_at_once(console, session):
     assert rests(session)
     console.release()
 
-    console.drive(lambda: not rests(session), "it moves")
-    # Chromium without a screen hides nothing, so the page is told that it is hidden.
-    console.page.evaluate(
-        """() => {
-            Object.defineProperty(document, "visibilityState", { value: "hidden" });
-            document.dispatchEvent(new Event("visibilitychange"));
-        }"""
+
+class Tab:
+    """A tab of a Chromium that has no Playwright, which keeps every tab visible."""
+
+    def __init__(self, devtools, address):
+        self.devtools = devtools
+        self.socket, self.calls = None, 0
+        until(lambda: self.opened(address), "it is open")
+        (found,) = self.opened(address)
+        self.id, self.url = found["id"], found["webSocketDebuggerUrl"]
+
+    def opened(self, address):
+        return [tab for tab in self.ask("list") if tab["url"].startswith(address)]
+
+    def ask(self, what, method="GET"):
+        asked = urllib.request.Request(f"{self.devtools}/{what}", method=method)
+        with urllib.request.urlopen(asked) as answer:
+            text = answer.read()
+        return json.loads(text) if text.startswith((b"{", b"[")) else text
+
+    def call(self, method, **params):
+        self.calls += 1
+        call = {"id": self.calls, "method": method, "params": params}
+        self.socket.send(json.dumps(call))
+        while (said := json.loads(self.socket.recv())).get("id") != self.calls:
+            pass
+        return said["result"]
+
+    def evaluate(self, expression):
+        said = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
+        return said["result"].get("value")
+
+    def mouse(self, kind, x, y):
+        button = {"button": "left", "buttons": 1, "clickCount": 1}
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **button)
+
+
+@contextmanager
+def tab_of_chromium(folder, address):
+    """Opens an address in a Chromium of its own, and gives the tab."""
+    process = subprocess.Popen(
+        [
+            *(CHROMIUM, *FLAGS, "--headless=new", "--remote-debugging-port=0"),
+            *(f"--user-data-dir={folder}", address),
+        ],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
-    console.until(lambda: rests(session), "it rests")
-    assert session.snapshot().status == GateStatus.RELEASED
-    time.sleep(0.5)
-    assert signal_of(session, "operator_input")[4] > 0.25
+    try:
+        file = folder / "DevToolsActivePort"
+        until(lambda: file.exists() and file.read_text(), "it listens")
+        tab = Tab(f"http://127.0.0.1:{file.read_text().split()[0]}/json", address)
+        with connect(tab.url) as tab.socket:
+            yield tab
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_tab_that_is_hidden_lets_go_at_once(session, server, tmp_path):
+    until(lambda: not server.desk.pages, "others are gone")
+    session.reset()
+    with tab_of_chromium(tmp_path, server.address) as tab:
+        until(lambda: session.snapshot().arming == Arming.READY, "it is ready")
+        pad = "document.querySelector('.pad').getBoundingClientRect()"
+        middle = f"(({{ x, y, width }}) => [x + width / 2, y + width / 2])({pad})"
+        x, y = tab.evaluate(middle)
+        tab.mouse("mousePressed", x, y)
+        until(lambda: session.snapshot().arming == Arming.ARMED, "it is armed")
+        tab.mouse("mouseMoved", x, y - 80)
+        until(lambda: not rests(session), "it moves")
+
+        tab.ask("new?about:blank", method="PUT")  # Another in front of it.
+        until(lambda: rests(session), "it rests")
+        # To open a tab may take a browser longer than a command is fresh.
+        assert session.snapshot().status in {GateStatus.RELEASED, GateStatus.STALE}
+        assert tab.evaluate("document.visibilityState") == "hidden"
+        time.sleep(0.5)
+        assert signal_of(session, "operator_input")[4] > 0.25
+
+        tab.ask(f"activate/{tab.id}")
+        until(lambda: session.snapshot().arming == Arming.READY, "it is back")
+        assert tab.evaluate("document.visibilityState") == "visible"
+        assert rests(session)
 
 
 def test_link_that_is_cut_stops_the_robot_and_comes_back(console, session):
