@@ -3,6 +3,8 @@
 Nothing of Drake is imported until a command needs it: `mobman --help` is quick.
 """
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -318,6 +320,7 @@ def drive(
             served = desk(session)
             line = f"drive {name} at {served.address}; Ctrl-C ends it"
             console.print(line, soft_wrap=True, highlight=False, markup=False)
+            open_page(served.address)
             served.run()
     except ParameterError as error:
         refuse(f"{scenario}: {error}")
@@ -328,6 +331,17 @@ def drive(
     if session and session.snapshot().problem:
         complain(session.snapshot().problem)
         raise typer.Exit(DIED)
+
+
+def open_page(address: str) -> None:
+    """Opens a page in the browser, if a person sits at a screen here."""
+    import webbrowser
+
+    # Without a screen, a browser in text may come up in the terminal.
+    screens = ("DISPLAY", "WAYLAND_DISPLAY")
+    seen = sys.platform in {"darwin", "win32"} or any(map(os.environ.get, screens))
+    if sys.stdout.isatty() and seen:
+        webbrowser.open(address)
 
 
 def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], Any]:

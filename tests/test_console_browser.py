@@ -458,6 +458,10 @@ def test_keys_and_gamepad_drive_while_their_dead_man_is_held(console, session):
     console.until(
         lambda: signal_of(session, "ee_command").tolist() == [0.0, 0.4, 0.0], "it turns"
     )
+    keys.down("Shift")
+    console.until(lambda: signal_of(session, "ee_command")[1] == 0.1, "it turns slowly")
+    keys.up("Shift")
+    console.until(lambda: signal_of(session, "ee_command")[1] == 0.4, "and quickly")
     keys.press("Escape")
     console.until(lambda: rests(session), "it rests")
     assert session.snapshot().status == GateStatus.STOPPED

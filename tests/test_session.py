@@ -5,11 +5,15 @@ Times here are generous: what is asked for holds on a busy machine, too.
 
 import json
 import os
+import pty
+import re
 import signal
 import subprocess
 import sys
 import threading
 import time
+import urllib.request
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -337,3 +341,42 @@ def test_closing_twice_is_closing():
     time_ = session.snapshot().time
     time.sleep(0.1)
     assert session.snapshot().time == time_
+
+
+@pytest.mark.parametrize("screen", ["", ":0"])
+def test_browser_opens_by_itself_where_there_is_a_screen(tmp_path, screen):
+    opened, browser = tmp_path / "opened", tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\necho "$1" > {opened}\n')
+    browser.chmod(0o755)
+    command = [sys.executable, "-P", "-m", "drake_mobman.cli", "drive", "kwon_1"]
+    us, them = pty.openpty()  # A person's terminal.
+    process = subprocess.Popen(
+        [*command, "--port", "0"],
+        stdout=them,
+        stderr=them,
+        env=os.environ
+        | {"BROWSER": str(browser), "DISPLAY": screen, "WAYLAND_DISPLAY": ""},
+    )
+    os.close(them)
+    try:
+        said = ""
+        while "Ctrl-C" not in said:
+            said += os.read(us, 1000).decode()
+        address = re.search(r"http://\S+(?=;)", said)[0]
+        if screen:
+            until(lambda: opened.exists() and opened.read_text(), "it is opened")
+            assert opened.read_text() == f"{address}\n"
+        else:
+            until(lambda: answers(address), "it serves")
+            assert not opened.exists()
+    finally:
+        process.kill()
+        process.wait()
+        os.close(us)
+
+
+def answers(address):
+    """Returns whether a page is served."""
+    with suppress(OSError), urllib.request.urlopen(address) as answer:
+        return answer.status == 200
+    return False

@@ -97,9 +97,9 @@ def _controls(session: LiveSession) -> None:
 _HELP = (
     "Hold the pad or the lever to drive, let go to stop. "
     '<span class="keys">Keys: hold <b>Space</b>, steer by arrows or <b>WASD</b>, up and'
-    " down by <b>R</b> <b>F</b>; <b>Esc</b> stops. Gamepad: hold a trigger.</span>"
+    " down by <b>R</b> <b>F</b>, slowly with <b>Shift</b>; <b>Esc</b> stops. "
+    "Gamepad: hold a trigger.</span>"
 )
-
 
 _DRAG_HELP = (
     '<span class="keys"> In the picture, <b>Ctrl</b> + drag pulls the arm.</span>'

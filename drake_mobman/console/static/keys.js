@@ -1,4 +1,4 @@
-// The keyboard: the space bar is the dead-man, arrows and letters steer.
+// The keyboard: the space bar is the dead-man, arrows and letters steer, Shift slows.
 
 const STEER = {
   ArrowUp: ["y", 1], KeyW: ["y", 1],
@@ -8,6 +8,9 @@ const STEER = {
   KeyR: ["z", 1], PageUp: ["z", 1],
   KeyF: ["z", -1], PageDown: ["z", -1],
 };
+
+const SLOW = ["ShiftLeft", "ShiftRight"];
+const SHARE = 0.25; // Of the way that keys push then.
 
 export class Keys {
   // `changed()` is called where keys do, `stop()` on Escape.
@@ -48,7 +51,7 @@ export class Keys {
   }
 
   #is_ours(event) {
-    return event.code in STEER || event.code === "Space";
+    return event.code in STEER || event.code === "Space" || SLOW.includes(event.code);
   }
 
   #sum(axis) {
@@ -56,6 +59,7 @@ export class Keys {
     for (const code of this.down) {
       if (STEER[code]?.[0] === axis) pushed.add(STEER[code][1]);
     }
-    return [...pushed].reduce((sum, way) => sum + way, 0);
+    const slow = SLOW.some((code) => this.down.has(code));
+    return (slow ? SHARE : 1) * [...pushed].reduce((sum, way) => sum + way, 0);
   }
 }
