@@ -2,8 +2,8 @@
 
     python benchmarks/pad_to_robot.py [--minutes 2] [SCENARIO ...]
 
-From the browser's event to the base's or arm's commanded velocity; then drives by a
-scripted browser, with the page open: the real-time ratio, the loop's period minute by
+From the browser's event to the base's or arm's commanded velocity; and from when a page
+freezes at full stick until the base is at rest. Then drives by a scripted browser, with the page open: the real-time ratio, the loop's period minute by
 minute, and the server's memory. The 3D view is drawn in software. It takes Chromium,
 and the extra `test`.
 """
@@ -40,6 +40,8 @@ FLAGS = [
 DRIVEN = ["kwon_arbitrary", "petric_guided"]
 MOVES = 200
 """Of the pad, each of which is timed."""
+FREEZES = 5
+"""Of the page, likewise."""
 
 
 @contextmanager
@@ -64,8 +66,11 @@ def middle_of_pad(page):
 # --- Latency -------------------------------------------------------------------------
 
 
-def latencies():
-    """Returns the times [s] from the pad's events to the robot's commanded velocity."""
+def latencies_and_stops():
+    """Returns the times [s] from the pad's events to the robot's commanded velocity.
+
+    And those from when the page freezes until the robot is at rest.
+    """
     ticks = []
 
     def noting(diagram, context):
@@ -74,13 +79,15 @@ def latencies():
         ticks.append((time.time(), arm[0] + base[0]))  # v_m + v_bm is v_c.
 
     session_module.check_finite = noting  # It is called after each tick.
-    _, scenario = load_scenario("kwon_arbitrary")
+    # What has no smoother stops at once; here the base has to brake.
+    _, scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
     with LiveSession(scenario) as session:
         server = Server("kwon_arbitrary", session, listening(port=0))
         thread = threading.Thread(target=server.run)
         thread.start()
         with opened(server.address) as page:
             events = push_about(page)
+            stops = [stop_time(page, session) for _ in range(FREEZES)]
         server.close()
         thread.join()
     at, moved = np.array(ticks).T
@@ -91,7 +98,33 @@ def latencies():
         if there.any():
             found.append(at[there.argmax()] - sent)
     print(f"{len(found)} of {len(events)} moves of the pad reached the robot")
-    return np.array(found)
+    return np.array(found), np.array(stops)
+
+
+def stop_time(page, session):
+    """Freezes the page at full stick; returns how long until the robot rests [s]."""
+    most = 0.9 * session.scenario.guard.max_v_c
+    read = lambda name: np.abs(session.snapshot().signals[name])  # noqa: E731
+    x, y, radius = middle_of_pad(page)
+    while read("base_sent")[0] < most:
+        page.wait_for_timeout(20)
+        if page.get_attribute("html", "data-arming") == "latched":  # By a hitch.
+            page.mouse.up()
+            page.wait_for_selector("html[data-arming=ready]")
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x, y - radius)
+    devtools = page.context.new_cdp_session(page)
+    devtools.send("Debugger.enable")
+    began = time.monotonic()
+    devtools.send("Debugger.pause")  # Nothing runs in it any more.
+    while read("base_velocity").any() or read("arm_velocity").any():
+        time.sleep(0.002)
+    took = time.monotonic() - began
+    devtools.send("Debugger.disable")
+    page.mouse.up()
+    page.wait_for_selector("html[data-arming=ready]")
+    return took
 
 
 def push_about(page):
@@ -212,8 +245,11 @@ def main():
     parser.add_argument("--minutes", type=float, default=2.0, help="of each drive")
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", default=DRIVEN)
     given = parser.parse_args()
-    median, p99 = 1e3 * np.percentile(latencies(), [50, 99])
+    latencies, stops = latencies_and_stops()
+    median, p99 = 1e3 * np.percentile(latencies, [50, 99])
     print(f"pad to robot: median {median:.0f} ms, p99 {p99:.0f} ms")
+    shown = ", ".join(f"{stop:.2f}" for stop in stops)
+    print(f"page frozen at full stick: base at rest after {shown} s")
     for name in given.scenarios:
         lasts(name, given.minutes)
 
