@@ -3,9 +3,9 @@
     python benchmarks/pad_to_robot.py [--minutes 2] [SCENARIO ...]
 
 From the browser's event to the base's or arm's commanded velocity; and from when a page
-freezes at full stick until the base is at rest. Then drives by a scripted browser, with the page open: the real-time ratio, the loop's period minute by
-minute, and the server's memory. The 3D view is drawn in software. It takes Chromium,
-and the extra `test`.
+freezes at full stick until the base is at rest. Then drives by a scripted browser, with
+the page open: the real-time ratio, the loop's period minute by minute, and the server's
+memory. The 3D view is drawn in software. It takes Chromium, and the extra `test`.
 """
 
 import argparse

@@ -73,7 +73,7 @@ OPERATOR_INPUT = "operator_input"
 """14: what the operator says, as it reached the robot; may hold anything at all.
 
 `v_c` [m/s], `omega_c` [rad/s], `v_z` [m/s] as in `ee_command`; `dead_man`, 1 while
-held; `age` [s] since the operator said so, infinite before the first word; `stop`, 1
+held; `age` [s] since the operator said so, infinite while there is none; `stop`, 1
 when anyone asks for a stop; `choice`, which of the decomposers or fields is to drive;
 and as in `drag`, which point of the arm is to be dragged whereto.
 """

@@ -3,6 +3,7 @@
 import asyncio
 import importlib.util
 import json
+import math
 import socket
 import types
 
@@ -10,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drake_mobman.cli import app
-from drake_mobman.console.desk import SILENT, Desk
+from drake_mobman.console.desk import LATE, SILENT, Desk
 from drake_mobman.console.door import COOKIE, Door, is_loopback
 from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.console.messages import (
@@ -41,6 +42,7 @@ def words(**changes):
         "v_z": 0.0,
         "dead_man": True,
         "sent": 12.5,
+        "ahead": 87.5,
     }
     return json.dumps(said | changes)
 
@@ -59,15 +61,15 @@ class Clock:
 
 
 def test_input_is_taken_as_shares_of_the_largest_command():
-    assert parsed(words(), FULL) == OperatorInput(7, 0.2, -0.3, 0.0, True, 12.5)
-    assert parsed(words(v_c=1, dead_man=False), FULL).v_c == 0.4
+    assert parsed(words(), FULL).said == OperatorInput(7, 0.2, -0.3, 0.0, True)
+    assert parsed(words(v_c=1, dead_man=False), FULL).said.v_c == 0.4
 
 
 def test_command_out_of_range_or_not_finite_is_left_to_the_gate_which_says_so():
-    assert parsed(words(v_c=3), FULL).v_c == pytest.approx(1.2)
+    assert parsed(words(v_c=3), FULL).said.v_c == pytest.approx(1.2)
     huge = words().replace("0.5", "1e999")
-    assert parsed(huge, FULL).v_c == float("inf")
-    assert parsed(words(v_c=10**400), FULL).v_c == float("inf")
+    assert parsed(huge, FULL).said.v_c == float("inf")
+    assert parsed(words(v_c=10**400), FULL).said.v_c == float("inf")
 
 
 LINKS = {"link3": 10, "link4": 11}
@@ -75,11 +77,11 @@ DRAG = {"body": "link4", "point": [0.1, 0, -0.2], "to": [1, 2.25, 0.5]}
 
 
 def test_drag_is_taken_by_the_name_of_the_body():
-    said = parsed(words(drag=DRAG), FULL, LINKS)
+    said = parsed(words(drag=DRAG), FULL, LINKS).said
     assert said.dragged == (11, 0.1, 0.0, -0.2, 1.0, 2.25, 0.5)
-    assert parsed(words(drag=None), FULL, LINKS).dragged == NOTHING
+    assert parsed(words(drag=None), FULL, LINKS).said.dragged == NOTHING
     huge = words(drag=DRAG).replace("2.25", "1e999")
-    assert parsed(huge, FULL, LINKS).dragged.to_y == float("inf")
+    assert parsed(huge, FULL, LINKS).said.dragged.to_y == float("inf")
 
 
 @pytest.mark.parametrize(
@@ -125,23 +127,33 @@ def test_nothing_is_dragged_where_nothing_may_be():
         words(v_c=float("nan")),
         words(sent=float("inf")),
         words(sent=10**400),
+        words(sent=None),
+        words(ahead="1"),
+        words(ahead=-(10**400)),
+        '{"ask": "stop"}',
+        '{"ask": "stop", "sent": "now"}',
         words(sequence=1.0),
         words(sequence=-1),
         words(sequence=2**60),
         words(dead_man=1),
         words(extra=0),
         words().replace('"v_c": 0.5, ', ""),
-        '{"ask": "fly"}',
-        '{"ask": ["stop"]}',
-        '{"ask": {}}',
-        '{"ask": "choose", "choice": 3}',
-        '{"ask": "record", "folder": "/etc"}',
+        '{"sent": 1, "ask": "fly"}',
+        '{"sent": 1, "ask": ["stop"]}',
+        '{"sent": 1, "ask": {}}',
+        '{"sent": 1, "ask": "choose", "choice": 3}',
+        '{"sent": 1, "ask": "record", "folder": "/etc"}',
     ],
 )
 def test_message_that_no_page_of_ours_sends_is_refused(message):
     with pytest.raises(MessageError) as refused:
         parsed(message, FULL)
     assert refused.value.code == MessageError.NOT_OURS
+
+
+def test_times_come_along():
+    assert parsed(words(), FULL)[1:] == (12.5, 87.5)
+    assert parsed(words(ahead=None), FULL)[1:] == (12.5, None)
 
 
 def test_message_that_is_too_long_is_refused_unread():
@@ -152,10 +164,10 @@ def test_message_that_is_too_long_is_refused_unread():
 
 
 def test_buttons_ask():
-    assert parsed('{"ask": "stop"}', FULL) == Ask("stop")
-    assert parsed('{"ask": "choose", "choice": "exact"}', FULL) == Ask(
-        "choose", "exact"
-    )
+    assert parsed('{"sent": 1.5, "ask": "stop"}', FULL).said == Ask("stop")
+    assert parsed(
+        '{"sent": 1.5, "ask": "choose", "choice": "exact"}', FULL
+    ).said == Ask("choose", "exact")
 
 
 def test_messages_are_counted():
@@ -183,8 +195,8 @@ class Session:
         self.draggable = {"link3": 10}
         self.told = []
 
-    def tell(self, said):
-        self.told.append(said)
+    def tell(self, said, lateness):
+        self.told.append((said, lateness))
 
     def choose(self, name):
         if name != "exact":
@@ -211,7 +223,8 @@ def desk(session, clock):
 
 
 def asks(desk, page, what, **more):
-    desk.hear(page, json.dumps({"ask": what} | more))
+    times = {"sent": 0.0, "ahead": desk._clock()}  # A page that has just been opened.
+    desk.hear(page, json.dumps({"ask": what} | times | more))
 
 
 def test_first_page_drives_and_others_watch(desk, session):
@@ -221,7 +234,7 @@ def test_first_page_drives_and_others_watch(desk, session):
     desk.hear(second, words())
     assert session.told == []
     desk.hear(first, words())
-    assert session.told == [OperatorInput(7, 0.2, -0.4, 0.0, True, 12.5)]
+    assert session.told == [(OperatorInput(7, 0.2, -0.4, 0.0, True), 0.0)]
 
 
 def test_anyone_may_stop(desk, session):
@@ -255,6 +268,31 @@ def test_stick_is_handed_over_and_the_robot_stops_each_time(desk, session):
     assert session.told == [("hand_over",)] * 2
     assert (desk.role(first), desk.role(second)) == ("another", "you")
     assert not desk.asked
+
+
+def test_what_was_pressed_long_ago_is_not_done_but_for_a_stop(desk, session, clock):
+    page = desk.join()
+    session.told.clear()
+    asks(desk, page, "reset")
+    assert session.told.pop() == ("reset",)
+    clock.now += LATE + 0.1  # A link that was dead delivers what it kept.
+    for what in ("reset", "record", "hand_over"):
+        asks(desk, page, what, ahead=100.0)
+        assert page.notice == "that came too late; press again"
+    assert session.told == []
+    asks(desk, page, "stop", ahead=100.0)
+    assert session.told == [("stop", "the operator")]
+
+
+def test_how_late_the_operator_is_comes_along(desk, session, clock):
+    page = desk.join()
+    session.told.clear()
+    desk.hear(page, words(ahead=None))  # Nobody knows: it has heard nothing yet.
+    clock.now += 1.0
+    desk.hear(page, words())
+    (_, unknown), (_, late) = session.told
+    assert unknown == math.inf
+    assert late == pytest.approx(1.0, abs=0.01)
 
 
 def test_stick_that_nobody_has_used_for_a_while_may_be_taken(desk, clock):

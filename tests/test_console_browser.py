@@ -368,8 +368,8 @@ def test_second_page_watches_stops_and_takes_over_what_it_is_given(
         assert not rests(session)
         second.page.click(".stop")
         console.until(lambda: rests(session), "it rests")
-        assert session.snapshot().text.startswith("stopped by a viewer")
         console.until(lambda: "by a viewer" in console.status, "it says who")
+        assert session.snapshot().text.startswith("stopped by a viewer")
         console.release()
         console.says(arming="ready")
 
@@ -525,7 +525,8 @@ class Wire:
     def says(self, v_c=0.0, dead_man=False):
         self.sequence += 1
         said = {"v_c": v_c, "omega_c": 0.0, "v_z": 0.0, "dead_man": dead_man}
-        more = {"sequence": self.sequence, "sent": time.monotonic()}
+        # Its clock is ours.
+        more = {"sequence": self.sequence, "sent": time.monotonic(), "ahead": 0.0}
         self.socket.send(json.dumps(said | more))
 
     def drives(self, session):
@@ -587,7 +588,7 @@ def test_operator_who_says_nonsense_is_cut_off_and_the_robot_stops(
     wire.socket.send(message)
     assert wire.closed() == code
     until(lambda: rests(session), "it rests")
-    assert session.snapshot().status == GateStatus.STALE
+    assert session.snapshot().status == GateStatus.GONE
     goes_on(session)
 
 
@@ -600,7 +601,7 @@ def test_flood_of_commands_stops_the_robot_and_disturbs_nothing(wire, session):
             time.sleep(0.001)
     assert wire.closed() == 1008
     until(lambda: rests(session), "it rests")
-    assert session.snapshot().status == GateStatus.STALE
+    assert session.snapshot().status == GateStatus.GONE
     goes_on(session)
 
 
@@ -665,6 +666,19 @@ def test_beyond_this_machine_the_token_that_is_printed_lets_in(browser):
             console.push(0.0, 1.0)
             console.until(lambda: console.status == "driving", "it drives")
             console.release()
+
+
+def test_page_says_so_when_nothing_is_heard_of_the_session(browser):
+    with (
+        mobman_drive("kwon_1") as (process, address),
+        Console(browser, address) as console,
+    ):
+        console.says(role="you", arming="ready")
+        process.send_signal(signal.SIGSTOP)
+        console.until(lambda: "not a word from it" in console.status, "it is missed")
+        console.says(role="nobody", arming="latched")
+        process.send_signal(signal.SIGCONT)
+        console.says(role="you", arming="ready")
 
 
 def drive_about(console, seconds, seed):

@@ -66,9 +66,7 @@ class Stick:
         while not self.ended.wait(0.02):
             if self.speaks.is_set():
                 self.sequence += 1
-                said = OperatorInput(
-                    self.sequence, *self.command, self.dead_man, time.monotonic()
-                )
+                said = OperatorInput(self.sequence, *self.command, self.dead_man)
                 self.session.tell(said)
 
     def arm(self, *command):
@@ -114,7 +112,7 @@ def test_stick_moves_the_robot_and_every_way_to_stop_it_says_why():
         stick.arm(0.1, 0.0, 0.0)
         session.hand_over()
         stick.sequence = 0  # Another's device, which counts from where it likes.
-        stopped_by(session, GateStatus.STALE)
+        stopped_by(session, GateStatus.GONE)
         stick.arm(0.1, 0.0, 0.0)
 
 
@@ -194,7 +192,7 @@ def mess_about(session, seconds, seed):
             for _ in range(int(rng.integers(3, 40 if held else 8))):
                 sequence += 1
                 late = int(rng.integers(0, 3)) if rng.random() < 0.2 else 0
-                said = OperatorInput(sequence - late, *command, held, time.monotonic())
+                said = OperatorInput(sequence - late, *command, held)
                 session.tell(said)
                 time.sleep(rng.uniform(0.001, 0.03))
         event = rng.random()

@@ -4,11 +4,16 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from drake_mobman.console.lateness import Lateness
 from drake_mobman.console.messages import Ask, Rate, parsed
 from drake_mobman.console.session import LiveSession
 
 SILENT = 2.0
 """After what silence another page may take the stick without being given it [s]."""
+
+
+LATE = 1.0
+"""How late a button may be that was pressed [s]; what comes later is not done."""
 
 
 class Page:
@@ -20,6 +25,7 @@ class Page:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.rate = Rate(clock)
+        self.lateness = Lateness(clock)
         self.notice = ""  # What it is to be told, in one line.
 
 
@@ -79,18 +85,21 @@ class Desk:
             MessageError: where no page of ours says such a thing, or so much.
         """
         page.rate.count()
-        said = parsed(message, self._largest, self._session.draggable)
+        said, sent, ahead = parsed(message, self._largest, self._session.draggable)
+        late = page.lateness.of(sent, ahead)
         if isinstance(said, Ask):
-            self._answer(page, said)
+            self._answer(page, said, late)
         elif page is self.operator:
             self._heard = self._clock()
-            self._session.tell(said)
+            self._session.tell(said, late)
 
-    def _answer(self, page: Page, ask: Ask) -> None:
+    def _answer(self, page: Page, ask: Ask, late: float) -> None:
         page.notice = ""
         operates = page is self.operator
-        if ask.what == "stop":
+        if ask.what == "stop":  # However late.
             self._session.stop("the operator" if operates else "a viewer")
+        elif late > LATE:
+            page.notice = "that came too late; press again"
         elif ask.what == "take":
             self._take(page)
         elif not operates:

@@ -1,4 +1,7 @@
-"""The door: who may ask the server for anything at all."""
+"""The door: who may ask the server for anything at all.
+
+Authentication by a token, and checks of `Host` and `Origin`.
+"""
 
 import hmac
 import ipaddress
@@ -56,7 +59,9 @@ class Door:
             if scope["type"] == "http" and self._is_token(shown):
                 # The token leaves the address bar, and so the history.
                 welcome = RedirectResponse(scope["path"], status_code=303)
-                welcome.set_cookie(COOKIE, shown, httponly=True, samesite="strict")
+                # Not strict: after a link in a mail or chat the browser would hold the
+                # cookie back. Sockets ask for `Origin`, and no GET acts.
+                welcome.set_cookie(COOKIE, shown, httponly=True, samesite="lax")
                 await welcome(scope, receive, send)
                 return
             why = "the token is missing or wrong; open the address printed at the start"
@@ -70,14 +75,18 @@ class Door:
     def _why_not(self, asked: HTTPConnection) -> str:
         """Returns why nobody with such a request is let in, or nothing."""
         host = asked.headers.get("host", "")
-        name = urlsplit(f"//{host}").hostname or ""
+        origin = asked.headers.get("origin")
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+            site = urlsplit(origin or "").netloc
+        except ValueError:
+            return "a host or origin that is none"
         if self._token is None and not is_loopback(name):
             return "this server is for the machine that it runs on"
-        origin = asked.headers.get("origin")
         if origin is None:
             # Browsers always say where a socket is opened from.
             return "no origin" if asked.scope["type"] == "websocket" else ""
-        return "" if urlsplit(origin).netloc == host else "a foreign origin"
+        return "" if site == host else "a foreign origin"
 
     def _is_token(self, given: str) -> bool:
         return hmac.compare_digest(given.encode(), (self._token or "").encode())

@@ -1,4 +1,7 @@
-"""The edge: what the operator last said, and how old it is by the wall clock."""
+"""The edge: what the operator last said, and how old it is by the wall clock.
+
+The age that the gate's watchdog looks at is measured here.
+"""
 
 import dataclasses as dc
 import math
@@ -8,9 +11,6 @@ from collections.abc import Callable
 
 from drake_mobman.teleop.drag import NOTHING, Dragged
 from drake_mobman.teleop.live import NOBODY, OperatorSample
-
-_DRIFT = 1e-3
-"""How fast two clocks may go apart, at most [s/s]; quartz stays below 1e-4."""
 
 
 @dc.dataclass(frozen=True)
@@ -25,7 +25,6 @@ class OperatorInput:
     omega_c: float = 0.0  # [rad/s].
     v_z: float = 0.0  # [m/s].
     dead_man: bool = False  # Whether it is held.
-    sent: float | None = None  # When, by the sender's own monotonic clock [s].
     dragged: Dragged = NOTHING  # Which point of the arm is dragged, and whereto.
 
 
@@ -33,9 +32,7 @@ class Inbox:
     """Keeps the last word of the one operator; any thread may call.
 
     The latest message wins; there is no queue, so that nothing is ever executed late.
-    One that comes out of order or late is dropped. How late it is shows in the sender's
-    own clock: two clocks differ by a constant, which the quickest message tells, and
-    what another takes longer it is late. A message without a time is taken as timely.
+    One that comes out of order or late is dropped.
 
     Args:
         late: latest that a message may be [s].
@@ -63,28 +60,21 @@ class Inbox:
             self._gone = True
             self._said: OperatorInput | None = None
             self._stamp = -math.inf  # When it was said, by our clock.
-            self._offset = math.inf  # Our clock less the sender's, at its quickest.
-            self._heard = self._clock()
 
-    def tell(self, said: OperatorInput) -> bool:
-        """Takes a message; returns whether it counts, or was dropped."""
+    def tell(self, said: OperatorInput, lateness: float = 0.0) -> bool:
+        """Takes a message; returns whether it counts, or was dropped.
+
+        Args:
+            said: by the operator.
+            lateness: how long ago that may have been, at most [s]; see `Lateness`.
+        """
         with self._lock:
-            now = self._clock()
-            lateness = self._lateness(said, now)
             in_order = self._said is None or said.sequence > self._said.sequence
             if not (in_order and lateness <= self._late):
                 self.dropped += 1
                 return False
-            self._said, self._stamp = said, now - lateness
+            self._said, self._stamp = said, self._clock() - lateness
             return True
-
-    def _lateness(self, said: OperatorInput, now: float) -> float:
-        if said.sent is None:
-            return 0.0
-        offset = now - said.sent
-        self._offset = min(offset, self._offset + _DRIFT * (now - self._heard))
-        self._heard = now
-        return offset - self._offset
 
     def stop(self) -> None:
         """Asks for a stop; the next sample tells of it."""

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.teleop.drag import NOTHING, Dragged
@@ -48,6 +48,14 @@ class Ask:
     choice: str = ""  # Where a decomposer or field is chosen.
 
 
+class Message(NamedTuple):
+    """What a page says, and when, for `Lateness`."""
+
+    said: OperatorInput | Ask
+    sent: float  # By the page's own monotonic clock [s].
+    ahead: float | None  # Our clock less the page's, at least [s]; None if unheard.
+
+
 ASKS = ("stop", "take", "hand_over", "reset", "record", "end_record", "choose")
 
 
@@ -55,7 +63,7 @@ def parsed(
     message: str | bytes,
     largest: tuple[float, float, float],
     bodies: Mapping[str, int] = MappingProxyType({}),
-) -> OperatorInput | Ask:
+) -> Message:
     """Returns what a page says.
 
     Commands come as shares of the largest. Their numbers may be anything, as the gate
@@ -80,7 +88,13 @@ def parsed(
         raise MessageError("not JSON") from None
     if not isinstance(said, dict):
         raise MessageError("not an object")
-    return _ask(said) if "ask" in said else _input(said, largest, bodies)
+    sent, ahead = said.pop("sent", None), said.pop("ahead", None)
+    times = _number(sent), None if ahead is None else _number(ahead)
+    if not all(math.isfinite(time_) for time_ in times if time_ is not None):
+        raise MessageError("not a time")
+    if "ask" in said:
+        return Message(_ask(said), *times)
+    return Message(_input(said, largest, bodies), *times)
 
 
 def _ask(said: dict[str, Any]) -> Ask:
@@ -96,17 +110,16 @@ def _input(
     largest: tuple[float, float, float],
     bodies: Mapping[str, int],
 ) -> OperatorInput:
-    names = {"sequence", "v_c", "omega_c", "v_z", "dead_man", "sent"}
+    names = {"sequence", "v_c", "omega_c", "v_z", "dead_man"}
     if said.keys() - {"drag"} != names or not isinstance(said["dead_man"], bool):
         raise MessageError("not an input")
-    sequence, sent = said["sequence"], _number(said["sent"])
-    counted = type(sequence) is int and 0 <= sequence <= _LARGEST_COUNT
-    if not (counted and math.isfinite(sent)):
+    sequence = said["sequence"]
+    if not (type(sequence) is int and 0 <= sequence <= _LARGEST_COUNT):
         raise MessageError("not an input")
     shares = (_number(said[name]) for name in ("v_c", "omega_c", "v_z"))
     v_c, omega_c, v_z = (x * most for x, most in zip(shares, largest, strict=True))
     dragged = _dragged(said.get("drag"), bodies)
-    return OperatorInput(sequence, v_c, omega_c, v_z, said["dead_man"], sent, dragged)
+    return OperatorInput(sequence, v_c, omega_c, v_z, said["dead_man"], dragged)
 
 
 def _dragged(said: Any, bodies: Mapping[str, int]) -> Dragged:

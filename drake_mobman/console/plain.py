@@ -1,4 +1,9 @@
-"""Driving from Meshcat's own panel, without the page: sliders, keys and a gamepad."""
+"""Driving from Meshcat's own panel, without the page: sliders, keys and a gamepad.
+
+Meshcat tells that a key is pressed, and never that it is released; so a tap of the space
+bar drives for `FIRST`, and a release is noticed up to `NEXT` later. Nor does it tell who
+presses, or whether the page has the focus: whoever has it open drives, several at once.
+"""
 
 import math
 import time

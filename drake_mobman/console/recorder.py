@@ -2,7 +2,10 @@
 
 import dataclasses as dc
 import json
+import os
+import shutil
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +13,14 @@ import numpy as np
 
 from drake_mobman import signals
 from drake_mobman.runs.log import Log, until_not_finite
-from drake_mobman.runs.run_folder import RUN, new_folder, write_figures, write_run
+from drake_mobman.runs.run_folder import (
+    RUN,
+    FolderError,
+    check_writable,
+    new_folder,
+    write_figures,
+    write_run,
+)
 from drake_mobman.runs.scenario import AnyScenario
 from drake_mobman.runs.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.runs.simulate import Run
@@ -25,6 +35,24 @@ FILES = (*RUN, PART)
 LONGEST = 86400.0
 """What a recorded scenario says of its duration while nobody knows it [s]."""
 
+_NICE = 10
+"""By how much the finisher gives way to the session."""
+
+
+def check_recordable(folder: Path) -> None:
+    """Finds out whether a `Recorder` may write there; leaves nothing behind.
+
+    Raises:
+        FolderError: if `folder` cannot be made, or holds a recording or anything else
+            that is not ours: a run can be done again, what a person did cannot.
+    """
+    if any((folder / name).exists() for name in (COMMANDS, PART)):
+        raise FolderError(
+            f"{folder}: cannot be written, it holds a recorded session, which would be "
+            "lost; must be new, or of an earlier run"
+        )
+    check_writable(folder, FILES)
+
 
 class Recorder:
     """Writes a session to a run folder as it goes on.
@@ -37,11 +65,14 @@ class Recorder:
         folder: to be made, or replaced if it holds a run.
 
     Raises:
-        OSError: where the folder cannot be written; `FolderError` if it is not ours.
+        OSError: where the folder cannot be written; `FolderError` if it is not ours,
+            or holds a recording.
     """
 
     def __init__(self, scenario: AnyScenario, folder: Path) -> None:
+        check_recordable(folder)
         self.folder = folder
+        self._rows = 0
         played = dc.replace(scenario, source=Recording(), duration=LONGEST)
         with new_folder(folder, FILES) as draft:
             (draft / "scenario.yaml").write_text(dump_typed(played))
@@ -63,11 +94,24 @@ class Recorder:
         columns = [x.reshape(len(x), -1) for x in log.values()]
         self._log.write(np.hstack(columns).astype("<f8").tobytes())
         self._log.flush()
+        self._rows += len(log["time"])
+
+    @property
+    def plays(self) -> bool:
+        """Returns whether there is a period to play back, of two samples or more."""
+        return self._rows > 1
 
     def close(self) -> None:
         """Closes the files; what the folder holds can be played back, or finished."""
-        self._commands.close()
-        self._log.close()
+        for file in (self._commands, self._log):
+            # It tries again what `append` could not write, and has told of.
+            with suppress(OSError):
+                file.close()
+
+    def drop(self) -> None:
+        """Closes the files, and removes the folder."""
+        self.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def read_part(file: Path) -> Log:
@@ -84,19 +128,19 @@ def read_part(file: Path) -> Log:
     return log | {"time": log["time"][:, 0]}
 
 
-def finish(
-    folder: Path, wall_time: float, died: str = "", *, figures: bool = False
-) -> dict[str, Any]:
+def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
     """Makes an ordinary run folder of a recorder's; returns the metrics.
+
+    Its figures come last, unless it died, as `mobman run` has it.
 
     Args:
         folder: of a `Recorder` that is closed.
         wall_time: of the session [s].
         died: when and why it died, in one line; empty if it did not.
-        figures: whether they are drawn.
 
     Raises:
-        OSError: where something cannot be written; then the folder is as it was.
+        OSError: where something cannot be written; then the folder is as it was, or
+            lacks nothing but figures.
     """
     played = load_typed(AnyScenario, load_yaml((folder / "scenario.yaml").read_text()))
     log = until_not_finite(read_part(folder / PART))
@@ -105,12 +149,13 @@ def finish(
     run = Run(scenario, log, wall_time, np.zeros(0), died)
     with new_folder(folder, FILES) as draft:
         numbers = write_run(run, draft)
-        if figures:
-            write_figures(run, draft)
+    if not died:
+        write_figures(run, folder)
     return numbers
 
 
 if __name__ == "__main__":
     # Another process does it while the session goes on.
+    os.nice(_NICE)
     given, seconds, reason = sys.argv[1:]
     finish(Path(given), float(seconds), reason)

@@ -88,7 +88,7 @@ class Server:
     def address(self) -> str:
         """Returns what to open in a browser."""
         everywhere = self._host in {"0.0.0.0", "::"}
-        host = socket.gethostname() if everywhere else self._host
+        host = _outgoing(self._place.family) if everywhere else self._host
         host = f"[{host}]" if ":" in host else host
         address = f"http://{host}:{self.port}/"
         return f"{address}?token={self.token}" if self.token else address
@@ -145,6 +145,7 @@ class Server:
                     "pages": len(self.desk.pages),
                     "asked": self.desk.asked,
                     "notice": page.notice,
+                    "clock": time.monotonic(),
                 }
                 await browser.send_text(json.dumps(said))
                 await asyncio.sleep(TELL)
@@ -215,6 +216,21 @@ def listening(host: str = "127.0.0.1", port: int = 8080) -> socket.socket:
         place.close()
         raise
     return place
+
+
+def _outgoing(family: int) -> str:
+    """Returns this machine's address in its network, or its name where it has none.
+
+    Phones often find nothing by the name.
+    """
+    beyond = "2001:db8::1" if family == socket.AF_INET6 else "192.0.2.1"
+    with socket.socket(family, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((beyond, 9))  # By UDP: nothing is sent.
+        except OSError:
+            return socket.gethostname()
+        address: str = probe.getsockname()[0]
+    return address
 
 
 def _new_folder(name: str) -> Path:

@@ -36,6 +36,7 @@ WHY = {
     GateStatus.RELEASED: "stopped: the dead-man was let go",
     GateStatus.STALE: "stopped: the operator was not heard in time",
     GateStatus.STOPPED: "stopped by {who}",
+    GateStatus.GONE: "stopped: the operator has gone",
 }
 """What the gate's status says to people."""
 
@@ -134,9 +135,14 @@ class LiveSession:
 
     # What people do.
 
-    def tell(self, said: OperatorInput) -> bool:
-        """Takes the operator's word; returns whether it counts, or came too late."""
-        return self._inbox.tell(said)
+    def tell(self, said: OperatorInput, lateness: float = 0.0) -> bool:
+        """Takes the operator's word; returns whether it counts, or came too late.
+
+        Args:
+            said: by the operator.
+            lateness: how long ago that may have been, at most [s].
+        """
+        return self._inbox.tell(said, lateness)
 
     def hand_over(self) -> None:
         """Forgets the operator: the robot stops, and another may arm it."""

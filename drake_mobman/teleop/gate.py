@@ -6,6 +6,7 @@ block before the controllers, and knows of the link only what `operator_input` t
 
 import dataclasses as dc
 import enum
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,6 +35,8 @@ class GateStatus(enum.IntEnum):
     """The operator was not heard in time."""
     STOPPED = 6
     """Someone asked for a stop."""
+    GONE = 7
+    """There is no operator any more: he handed over, left, or was cut off."""
 
 
 class Arming(enum.IntEnum):
@@ -78,6 +81,8 @@ def input_status(
     # Comparisons are such that a NaN never counts as held, fresh, or no stop.
     if said.stop != 0:
         return GateStatus.STOPPED
+    if said.age == math.inf:
+        return GateStatus.GONE
     if not 0 <= said.age <= gate.fresh:
         return GateStatus.STALE
     whys = command_status(said.command, guard), drag_status(said.dragged, draggable)

@@ -34,7 +34,8 @@ const link = new Link(
     showClosed(why);
   },
 );
-const stop = () => link.insist({ ask: "stop" });
+const ask = (what, more) => link.insist({ ask: what, ...more, ...link.times() });
+const stop = () => ask("stop");
 const pad = new Handle(document.querySelector(".pad"), "xy", changed, neutral);
 const lever = new Handle(document.querySelector(".lever"), "y", changed, neutral);
 const keys = new Keys(changed, stop);
@@ -70,7 +71,7 @@ function say(send = (message) => link.send(message)) {
     v_z: z,
     dead_man: devices.some((device) => device.held),
     drag: drag.pull,
-    sent: now / 1000,
+    ...link.times(),
   });
   if (sent) said = now;
 }
@@ -80,6 +81,7 @@ function beat() {
   if (isHere()) scene.came_late(now - due);
   due = now + BEAT;
   gamepads.poll();
+  link.check();
   if (!isHere()) lose();
   else if (operates) say();
 }
@@ -117,11 +119,11 @@ document.addEventListener("pointerdown", (event) => {
   if (event.target.closest('[data-ask="stop"]')) stop();
 });
 document.addEventListener("click", (event) => {
-  const ask = event.target.closest("[data-ask]")?.dataset.ask;
-  if (ask) link.insist({ ask });
+  const what = event.target.closest("[data-ask]")?.dataset.ask;
+  if (what) ask(what);
 });
 document.querySelector(".choose").addEventListener("change", (event) => {
-  link.insist({ ask: "choose", choice: event.target.value });
+  ask("choose", { choice: event.target.value });
   event.target.blur(); // Arrow keys are for steering.
 });
 setInterval(beat, BEAT);

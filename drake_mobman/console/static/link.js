@@ -2,10 +2,12 @@
 // arrives late is worse than none.
 
 const AGAIN = 500; // Before a socket that closed is opened again [ms].
+const SILENT = 1000; // Without a word from the session, one is told so [ms].
+const LOST = 5000; // After that, another socket is tried [ms].
 
 export class Link {
   // `heard(state)` is called with each state of the session, `closed(why)` when the
-  // socket is.
+  // socket is, or when nothing is heard any more.
   constructor(heard, closed) {
     this.heard = heard;
     this.closed = closed;
@@ -27,11 +29,35 @@ export class Link {
     return open;
   }
 
+  // When it is now, and by how much the session's clock is ahead of ours, at least: what
+  // it said, it said before we heard it. By these it sees how late a message comes.
+  times() {
+    return { sent: performance.now() / 1000, ahead: this.ahead };
+  }
+
+  // Looks whether the session is still heard; to be called now and then.
+  check() {
+    const silent = performance.now() - this.last;
+    if (this.socket.readyState !== WebSocket.OPEN || silent < SILENT) return;
+    this.closed("not a word from it");
+    if (silent > LOST) this.socket.close();
+  }
+
   #open() {
     const secure = location.protocol === "https:" ? "wss" : "ws";
-    this.socket = new WebSocket(`${secure}://${location.host}/drive`);
-    this.socket.onmessage = (event) => this.heard(JSON.parse(event.data));
-    this.socket.onclose = (event) => {
+    const socket = new WebSocket(`${secure}://${location.host}/drive`);
+    this.socket = socket;
+    this.ahead = null;
+    this.last = Infinity; // When it was last heard [ms].
+    socket.onopen = () => (this.last = performance.now());
+    socket.onmessage = (event) => {
+      if (socket.readyState !== WebSocket.OPEN) return; // Given up.
+      const state = JSON.parse(event.data);
+      this.last = performance.now();
+      this.ahead = state.clock - this.last / 1000;
+      this.heard(state);
+    };
+    socket.onclose = (event) => {
       this.closed(event.reason);
       setTimeout(() => this.#open(), AGAIN);
     };
