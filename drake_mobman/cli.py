@@ -4,6 +4,7 @@ Nothing of Drake is imported until a command needs it: `mobman --help` is quick.
 """
 
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -316,7 +317,7 @@ def drive(
     desk = desk_in_meshcat(host, port) if plain else desk_on_a_page(name, host, port)
     session = None
     try:
-        with LiveSession(loaded, record) as session:
+        with ended_by_signals(), LiveSession(loaded, record) as session:
             served = desk(session)
             line = f"drive {name} at {served.address}; Ctrl-C ends it"
             console.print(line, soft_wrap=True, highlight=False, markup=False)
@@ -328,9 +329,41 @@ def drive(
         refuse(error)
     except KeyboardInterrupt:
         pass  # It is how one ends it.
-    if session and session.snapshot().problem:
-        complain(session.snapshot().problem)
+    if session is None:
+        return
+    last = session.snapshot()
+    if last.died:
+        complain(f"{name}: {last.died}")
+    if last.problem:
+        complain(last.problem)
+    if last.died or last.problem:
         raise typer.Exit(DIED)
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Has SIGTERM, and SIGHUP of a closed terminal, end its body as Ctrl-C does.
+
+    The first one alone: none cuts short what is to be completed.
+    """
+
+    def end(*_: object) -> NoReturn:
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    def hang_up(*_: object) -> None:
+        # Uvicorn knows how to end by that, and nothing of SIGHUP.
+        signal.raise_signal(signal.SIGTERM)
+
+    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, end)}
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # By nohup.
+        before[signal.SIGHUP] = signal.signal(signal.SIGHUP, hang_up)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def open_page(address: str) -> None:

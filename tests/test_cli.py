@@ -7,9 +7,13 @@ import pty
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.request
+from contextlib import contextmanager
+from http.cookiejar import CookieJar
 from pathlib import Path
 
 import numpy as np
@@ -348,3 +352,126 @@ def test_disk_that_is_full_leaves_the_old_run_as_it_was(tmp_path, monkeypatch):
     assert "not written" in line
     assert (tmp_path / "kwon_1" / "log.npz").read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["kwon_1"]
+
+
+# --- Driving -------------------------------------------------------------------------
+
+
+@contextmanager
+def driving(*arguments, code="", **options):
+    """Gives a process of `mobman drive`, before which `code` runs, and its address."""
+    code = f"{code}\nfrom drake_mobman.cli import main\nmain()"
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-u", "-c", code, "drive", *arguments, "--port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+    try:
+        yield process, re.search(r"http://\S+(?=;)", process.stdout.readline())[0]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def opened(address):
+    """Returns the status of a page, once it answers."""
+    jar = urllib.request.HTTPCookieProcessor(CookieJar())
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}), jar)
+    deadline = time.monotonic() + 60
+    while True:
+        try:
+            return opener.open(address).status
+        except OSError:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+
+def ended(process, number=signal.SIGINT):
+    """Ends a process by a signal; returns its exit status and what it has to say."""
+    process.send_signal(number)
+    _, stderr = process.communicate(timeout=60)
+    return process.returncode, stderr
+
+
+@pytest.mark.parametrize("panel", [(), ("--plain",)], ids=["page", "plain"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_drive_completes_its_recording_however_it_is_ended(tmp_path, number, panel):
+    folder = tmp_path / "session"
+    with driving("kwon_1", "--record", folder, *panel) as (process, address):
+        assert opened(address) == 200
+        time.sleep(0.5)
+        assert ended(process, number) == (0, "")
+    assert {"figures", "log.npz", "metrics.json"} < {p.name for p in folder.iterdir()}
+
+
+def test_drive_goes_on_without_its_terminal_if_told_so_by_nohup():
+    code = "import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)"
+    with driving("kwon_1", "--plain", code=code) as (process, address):
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.5)
+        assert opened(address) == 200
+        assert ended(process) == (0, "")
+
+
+def test_simulation_that_died_is_told_of_at_the_end():
+    code = """
+from drake_mobman.console import session
+
+def failing(_diagram, context):
+    if context.get_time() > 0.2:
+        raise ArithmeticError("arm_position is not finite any more")
+
+session.check_finite = failing
+"""
+    with driving("kwon_1", "--plain", code=code) as (process, address):
+        assert opened(address) == 200
+        time.sleep(1.5)
+        status, line = ended(process)
+    died = "died at t = 0.21 s: arm_position is not finite any more"
+    assert (status, line) == (1, f"mobman: kwon_1: {died}\n")
+
+
+def test_plain_panel_needs_nothing_of_the_extra():
+    code = """
+import sys
+
+class Missing:
+    def find_spec(self, name, *_):
+        if name.split(".")[0] in {"nicegui", "uvicorn", "fastapi", "aiohttp"}:
+            raise ModuleNotFoundError(name)
+
+sys.meta_path.insert(0, Missing())
+"""
+    with driving("kwon_1", "--plain", code=code) as (process, address):
+        assert opened(address) == 200
+        assert ended(process) == (0, "")
+
+
+def test_beyond_this_machine_it_is_found_at_the_address_that_is_printed():
+    with driving("kwon_1", "--host", "0.0.0.0") as (process, address):
+        host = re.match(r"http://([^/:]+):\d+/\?token=", address)[1]
+        assert host == socket.gethostname() or re.fullmatch(r"[\d.]+", host)
+        assert host not in {"0.0.0.0", "127.0.0.1"}
+        assert opened(address) == 200
+        assert ended(process) == (0, "")
+
+
+# --- Continuous integration ----------------------------------------------------------
+
+
+def test_ci_without_a_browser_fails_in_a_line(tmp_path):
+    # Where it went on it would find no Python either, and end.
+    for tool in ("bash", "dirname"):
+        (tmp_path / tool).symlink_to(shutil.which(tool))
+    result = subprocess.run(
+        ["bash", Path(__file__).parent.parent / ".ci" / "run"],
+        env={"PATH": str(tmp_path), "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("no Chromium is here")

@@ -14,15 +14,17 @@ import threading
 import time
 import urllib.request
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from drake_mobman.console import session as session_module
 from drake_mobman.console.inbox import OperatorInput
-from drake_mobman.console.recorder import PART
+from drake_mobman.console.recorder import PART, Recorder, finish
 from drake_mobman.console.session import LiveSession
-from drake_mobman.runs.run_folder import FolderError
+from drake_mobman.runs.run_folder import FolderError, new_folder, write_run
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.gate import Arming, GateStatus
@@ -124,7 +126,6 @@ def test_it_keeps_to_the_wall_clock():
         went = session.snapshot().time - simulated
         assert went == pytest.approx(time.monotonic() - began, abs=0.5)
         assert session.snapshot().real_time_ratio > 0.7
-        assert session.snapshot().mean_period == pytest.approx(0.01, rel=0.3)
 
 
 def test_snapshot_tells_all_that_a_page_shows():
@@ -217,6 +218,7 @@ def test_recorded_session_is_played_back_bit_for_bit(name, tmp_path):
         "scenario.yaml",
         "log.npz",
         "metrics.json",
+        "figures",
         COMMANDS,
     }
     run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
@@ -284,6 +286,85 @@ def test_each_recording_after_a_reset_has_a_folder_of_its_own(tmp_path):
         same(run.log, tmp_path / name)
 
 
+def test_recordings_go_past_what_exists_on_disk(tmp_path):
+    folder = tmp_path / "session"
+    (tmp_path / "session-2").mkdir()
+    (tmp_path / "session-2" / COMMANDS).write_text("an hour of a person's work")
+    (tmp_path / "session-3").write_text("a file")
+    with LiveSession(scenario_of(), record=folder) as session:
+        shown = session.snapshot
+        until(lambda: shown().recording == folder, "it records")
+        until(lambda: shown().time > 0.3, "it runs")
+        session.reset()
+        until(lambda: shown().recording == tmp_path / "session-4", "it records on")
+        until(lambda: shown().time > 0.3, "it runs")
+    assert session.snapshot().problem == ""
+    work = (tmp_path / "session-2" / COMMANDS).read_text()
+    assert work == "an hour of a person's work"
+    # Nor is one replaced that another session has left.
+    before = (folder / COMMANDS).read_bytes()
+    with pytest.raises(FolderError, match="it holds a recorded session"):
+        LiveSession(scenario_of(), record=folder)
+    assert (folder / COMMANDS).read_bytes() == before
+
+
+def test_folder_of_an_ordinary_run_is_recorded_to(tmp_path):
+    folder = tmp_path / "kwon_1"
+    with new_folder(folder) as draft:
+        write_run(simulate(scenario_of("kwon_1", "duration=0.1")), draft)
+    with LiveSession(scenario_of(), record=folder) as session:
+        until(lambda: session.snapshot().time > 0.3, "it runs")
+    assert len(read_samples(folder / COMMANDS)) > 20
+
+
+def test_recording_too_short_to_be_played_back_leaves_no_folder(tmp_path):
+    recorder = Recorder(scenario_of(), tmp_path / "session")
+    assert not recorder.plays
+    recorder.drop()
+    assert list(tmp_path.iterdir()) == []
+    with LiveSession(scenario_of(), record=tmp_path / "session") as session:
+        for wait in np.linspace(0.0, 0.1, 20):
+            session.reset()
+            time.sleep(wait)
+    assert session.snapshot().problem == ""
+    assert (tmp_path / "session").exists()
+    for folder in tmp_path.iterdir():
+        load_scenario(str(folder / "scenario.yaml"))
+        assert (folder / "metrics.json").exists()
+
+
+def test_folder_that_cannot_be_completed_is_told_of_while_one_drives_on(tmp_path):
+    folder = tmp_path / "session"
+    with LiveSession(scenario_of(), record=folder) as session:
+        shown = session.snapshot
+        until(lambda: shown().recording == folder, "it records")
+        until(lambda: shown().time > 0.3, "it runs")
+        (folder / PART).unlink()
+        session.reset()
+        until(lambda: shown().problem, "it is told of")
+        why = f"{folder}: recorded, but not completed: FileNotFoundError: "
+        assert shown().problem.startswith(why)
+        # Also after what goes on well.
+        session.reset()
+        until(lambda: shown().recording == tmp_path / "session-3", "it records on")
+    assert session.snapshot().problem.startswith(why)
+
+
+def test_figures_that_cannot_be_drawn_cost_no_log(tmp_path, monkeypatch):
+    recorder = Recorder(scenario_of(), tmp_path / "session")
+    run = simulate(scenario_of("kwon_arbitrary", "source=operator", "duration=0.2"))
+    recorder.append(run.log)
+    recorder.close()
+
+    def full(*_args, **_kwargs):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", full)
+    with pytest.raises(OSError, match="No space left"):
+        finish(recorder.folder, 0.2)
+    same(run.log, recorder.folder)
+
+
 def test_folder_of_something_else_is_refused_before_anything_runs(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
     with pytest.raises(FolderError, match=r"thesis\.tex"):
@@ -314,15 +395,15 @@ def test_session_that_dies_says_so_in_a_line_and_keeps_its_log(tmp_path, monkeyp
     assert (tmp_path / "session-2" / "log.npz").exists()
 
 
-def test_recording_that_cannot_be_written_does_not_stop_the_session(tmp_path):
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("file", ["_commands", "_log"])
+def test_recording_that_cannot_be_written_does_not_stop_the_session(tmp_path, file):
     folder = tmp_path / "session"
     with LiveSession(scenario_of(), record=folder) as session:
-        until(lambda: session.snapshot().recording, "it records")
-
-        def full(_log):
-            raise OSError(28, "No space left on device")
-
-        session._recorder.append = full
+        until(lambda: session.snapshot().time > 0.5, "it records")
+        # A disk that is full: what has been written stays, nothing more gets there.
+        with Path("/dev/full").open("ab") as full:
+            os.dup2(full.fileno(), getattr(session._recorder, file).fileno())
         until(lambda: session.snapshot().problem, "it notices")
         assert session.snapshot().problem == (
             "recording ended: [Errno 28] No space left on device"
@@ -330,6 +411,11 @@ def test_recording_that_cannot_be_written_does_not_stop_the_session(tmp_path):
         until(lambda: session.snapshot().recording is None, "it ends")
         time_ = session.snapshot().time
         until(lambda: session.snapshot().time > time_ + 0.1, "it goes on")
+        assert session.snapshot().died == ""
+    # What had been written before is a run folder.
+    run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+    assert run.log["time"][-1] > 0.1
+    same(run.log, folder)
 
 
 def test_closing_twice_is_closing():

@@ -137,5 +137,7 @@ class Desk:
         """Makes a page the operator, or none; the robot stops."""
         self.operator = page
         self.asked = False
+        for other in self.pages:
+            other.notice = ""
         self._heard = self._clock()
         self._session.hand_over()

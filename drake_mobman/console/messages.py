@@ -15,7 +15,7 @@ LARGEST = 512
 """Most bytes that a message may have."""
 
 RATE = 120.0
-"""Most messages a second that a page may send; ours sends half of that."""
+"""Most messages a second that a page may send; ours sends two thirds of that."""
 
 BURST = 120.0
 """Messages that may come at once, as after a hitch of the link."""

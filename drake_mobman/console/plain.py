@@ -1,8 +1,8 @@
 """Driving from Meshcat's own panel, without the page: sliders, keys and a gamepad.
 
-Meshcat tells that a key is pressed, and never that it is released; so a tap of the space
-bar drives for `FIRST`, and a release is noticed up to `NEXT` later. Nor does it tell who
-presses, or whether the page has the focus: whoever has it open drives, several at once.
+Meshcat tells that a key is pressed, and never that it is released: a tap of the space
+bar counts as held for `FIRST`, and a release is noticed up to `NEXT` late. Nor does it
+tell who presses, or whether the page has the focus: all who have it open drive at once.
 """
 
 import math

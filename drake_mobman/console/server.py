@@ -223,7 +223,7 @@ def _outgoing(family: int) -> str:
 
     Phones often find nothing by the name.
     """
-    beyond = "2001:db8::1" if family == socket.AF_INET6 else "192.0.2.1"
+    beyond = "2001:db8::1" if family == socket.AF_INET6 else "203.0.113.1"
     with socket.socket(family, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((beyond, 9))  # By UDP: nothing is sent.

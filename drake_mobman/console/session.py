@@ -1,4 +1,7 @@
-"""A live session: a scenario simulated in real time, with an operator at the stick."""
+"""A live session: a scenario simulated in real time, with an operator at the stick.
+
+Teleoperation with the operator in the loop: commands are sampled at the control ticks.
+"""
 
 import collections
 import dataclasses as dc
@@ -18,12 +21,11 @@ from pydrake.systems.analysis import Simulator
 from drake_mobman import signals
 from drake_mobman.console.choices import choices, live
 from drake_mobman.console.inbox import Inbox, OperatorInput
-from drake_mobman.console.recorder import FILES, Recorder
+from drake_mobman.console.recorder import Recorder, check_recordable
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import Log, drained_log
 from drake_mobman.runs.motion import hand_motion
-from drake_mobman.runs.run_folder import check_writable
 from drake_mobman.runs.scenario import AnyScenario, Guided
 from drake_mobman.runs.simulate import Run, check_finite
 from drake_mobman.teleop.gate import Arming, GateStatus
@@ -60,9 +62,6 @@ out: commands are never executed faster than they were given."""
 _FINISHER = "drake_mobman.console.recorder"
 """Module that completes a folder: it is run, too."""
 
-_KEPT = 1000
-"""Ticks of which the lateness is known."""
-
 
 @dc.dataclass(frozen=True)
 class Snapshot:
@@ -77,9 +76,6 @@ class Snapshot:
     text: str = ""  # Status, reason and what to do next, in one line.
     choice: str = ""  # Who drives, or is about to.
     real_time_ratio: float = 1.0  # Simulated over wall time, of the last second.
-    mean_period: float = 0.0  # Of the loop, by the wall clock, since the start [s].
-    lateness: float = 0.0  # p99 of how late a control tick starts [s].
-    dropped: int = 0  # Messages that came late or out of order.
     recording: Path | None = None  # Folder, while it is written to.
     problem: str = ""  # What went wrong with the recording, in one line.
     died: str = ""  # When and why the simulation ended, in one line.
@@ -121,7 +117,8 @@ class LiveSession:
         self._recorder: Recorder | None = None
         self._taken: set[Path] = set()
         self._finishing: list[tuple[Path, Any]] = []
-        self._problem = ""
+        self._problem = ""  # Of the latest.
+        self._failed: list[str] = []  # Those not completed, with the reason.
         if record is not None:
             self.record(record)
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
@@ -172,16 +169,16 @@ class LiveSession:
         """Starts over and records to `folder`; with None, ends the recording.
 
         A recording starts where the scenario starts, or it could not be played back.
-        Those after a reset go to `folder`-2, `folder`-3 and so on.
+        Those after a reset go to `folder`-2, `folder`-3 and so on, past what exists.
 
         Raises:
-            FolderError: where the folder cannot take a recording.
+            FolderError: where the folder cannot take a recording, or has one already.
         """
         if folder is None:
             self._record_to = None
             return
         folder = folder.resolve()
-        check_writable(self._free(folder), FILES)
+        check_recordable(self._free(folder))
         self._record_to = folder  # Before the restart, which looks at it.
         self._restart.set()
 
@@ -193,14 +190,9 @@ class LiveSession:
         """Ends the session, and waits until all recordings are complete run folders."""
         self._closing.set()
         self._thread.join()
-        for folder, process in self._finishing:
-            _, error = process.communicate()
-            if process.returncode:
-                why = error.strip().rpartition("\n")[2]
-                self._problem = f"{folder}: recorded, but not completed: {why}"
-        self._finishing.clear()
+        self._hear_finishers(wait=True)
         self._snapshot = dc.replace(
-            self._snapshot, recording=None, problem=self._problem
+            self._snapshot, recording=None, problem=self._problems()
         )
 
     # The thread.
@@ -212,6 +204,8 @@ class LiveSession:
             died = self._drive()
             # One that died stands until it is started over.
             while died and not (self._closing.is_set() or self._restart.is_set()):
+                self._hear_finishers()
+                self._snapshot = dc.replace(self._snapshot, problem=self._problems())
                 time.sleep(_SHOW)
 
     def _drive(self) -> bool:
@@ -270,27 +264,25 @@ class LiveSession:
             text=WHY[status].format(who=self._who) + NEXT[arming],
             choice=self.choices[int(chosen)],
             real_time_ratio=pace.ratio(context.get_time()),
-            mean_period=pace.mean_period(),
-            lateness=pace.lateness(),
-            dropped=self._inbox.dropped,
             recording=self._recorder.folder if self._recorder else None,
-            problem=self._problem,
+            problem=self._problems(),
         )
 
     # The recording.
 
     def _free(self, folder: Path) -> Path:
-        """Returns `folder`, or the first of folder-2, -3 ... not yet recorded to."""
+        """Returns `folder`, or the first of folder-2, -3 ... once it is recorded to."""
         if folder not in self._taken:
             return folder
         numbered = (folder.with_name(f"{folder.name}-{n}") for n in itertools.count(2))
-        return next(other for other in numbered if other not in self._taken)
+        # One that is being finished may not exist for a moment.
+        return next(x for x in numbered if x not in self._taken and not x.exists())
 
     def _begin_recording(self) -> None:
         if self._record_to is None:
             return
-        folder = self._free(self._record_to)
         try:
+            folder = self._free(self._record_to)
             self._recorder = Recorder(self.scenario, folder)
         except OSError as error:
             self._problem = f"not recorded: {error}"
@@ -300,6 +292,7 @@ class LiveSession:
 
     def _drain(self, context: Any, pace: "_Pace") -> None:
         """Empties the log, to disk where it is recorded."""
+        self._hear_finishers()
         log = drained_log(self._diagram, context)
         if not len(log["time"]):
             return
@@ -319,16 +312,42 @@ class LiveSession:
         recorder, self._recorder = self._recorder, None
         if recorder is None:
             return
+        if not recorder.plays:  # Started over at once.
+            recorder.drop()
+            self._taken.discard(recorder.folder)
+            return
         recorder.close()
         # -P: what is installed, whatever folder one happens to be in.
         command = [sys.executable, "-P", "-m", _FINISHER, str(recorder.folder)]
-        process = subprocess.Popen(
-            [*command, str(pace.wall_time()), died],
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,  # Ctrl-C is for the session, not for its records.
-        )
+        try:
+            process = subprocess.Popen(
+                [*command, str(pace.wall_time()), died],
+                stderr=subprocess.PIPE,
+                text=True,
+                start_new_session=True,  # Ctrl-C is for the session, not its records.
+            )
+        except OSError as error:
+            self._fail(recorder.folder, error)
+            return
         self._finishing.append((recorder.folder, process))
+
+    def _hear_finishers(self, wait: bool = False) -> None:
+        """Notes which of the finishers have failed of late."""
+        for finishing in self._finishing.copy():
+            folder, process = finishing
+            if process.poll() is None and not wait:
+                continue
+            self._finishing.remove(finishing)
+            _, error = process.communicate()
+            if process.returncode:
+                self._fail(folder, error.strip().rpartition("\n")[2])
+
+    def _fail(self, folder: Path, why: object) -> None:
+        self._failed.append(f"{folder}: recorded, but not completed: {why}")
+
+    def _problems(self) -> str:
+        """Returns what went wrong with the recordings, in one line."""
+        return "; ".join(filter(None, [self._problem, *self._failed]))
 
 
 def hand_error(scenario: AnyScenario, log: Log) -> float:
@@ -354,7 +373,6 @@ class _Pace:
         self._period = period
         self._ticks = 0
         self._start = self._anchor = time.monotonic()
-        self._late: collections.deque[float] = collections.deque(maxlen=_KEPT)
         self._shown = collections.deque([(self._start, 0.0)])  # Wall and simulated.
 
     def next_time(self) -> float:
@@ -369,21 +387,12 @@ class _Pace:
         if ahead > 0:
             time.sleep(ahead)
         late = time.monotonic() - due
-        self._late.append(late)
         if late > _LAG:
             self._anchor += late
 
     def wall_time(self) -> float:
         """Returns for how long it has gone [s]."""
         return time.monotonic() - self._start
-
-    def mean_period(self) -> float:
-        """Returns the ticks' mean period by the wall clock [s]."""
-        return self.wall_time() / max(self._ticks - 1, 1)
-
-    def lateness(self) -> float:
-        """Returns the 99th percentile of how late the latest ticks were [s]."""
-        return float(np.percentile(self._late, 99)) if self._late else 0.0
 
     def ratio(self, time_: float) -> float:
         """Returns simulated over wall time of the last second; call it now and then."""

@@ -20,6 +20,7 @@ let said = -Infinity; // When the last message was sent [ms].
 let due = performance.now(); // When the next beat was to come [ms].
 let operates = false;
 
+const heard = new WeakSet(); // Documents whose keys are.
 const charts = new Charts(document.querySelectorAll(".plot"));
 const link = new Link(
   (state) => {
@@ -57,8 +58,11 @@ function pushed() {
   };
 }
 
+// Who looks at a picture that did not load is not: its keys come to nobody.
 function isHere() {
-  return document.visibilityState === "visible" && document.hasFocus();
+  const active = document.activeElement;
+  const hears = active?.localName !== "iframe" || heard.has(active.contentDocument);
+  return hears && document.visibilityState === "visible" && document.hasFocus();
 }
 
 function say(send = (message) => link.send(message)) {
@@ -83,7 +87,7 @@ function beat() {
   gamepads.poll();
   link.check();
   if (!isHere()) lose();
-  else if (operates) say();
+  else if (operates && now - said > BEAT / 2) say();
 }
 
 // Says at once what an event changed; what comes too soon waits for the next beat.
@@ -106,7 +110,10 @@ function lose() {
 // Keys and the loss of attention come to the window that has the focus: the page's or
 // the picture's. Between these two, nothing is lost.
 function watch(inside) {
+  heard.add(inside.document);
   keys.listen(inside);
+  // A menu takes what is let go while it is open.
+  inside.addEventListener("contextmenu", (event) => event.defaultPrevented || neutral());
   inside.addEventListener("blur", () => isHere() || neutral());
 }
 
@@ -122,10 +129,22 @@ document.addEventListener("click", (event) => {
   const what = event.target.closest("[data-ask]")?.dataset.ask;
   if (what) ask(what);
 });
-document.querySelector(".choose").addEventListener("change", (event) => {
-  ask("choose", { choice: event.target.value });
-  event.target.blur(); // Arrow keys are for steering.
+const choose = document.querySelector(".choose");
+choose.addEventListener("change", () => {
+  ask("choose", { choice: choose.value });
+  choose.blur(); // Arrow keys are for steering.
 });
+choose.addEventListener("keyup", ({ code }) => code === "Escape" && choose.blur());
+// An open list takes what is let go; but a gamepad, which is looked at, drives on.
+for (const kind of ["pointerdown", "focus"]) {
+  choose.addEventListener(kind, () => {
+    for (const device of devices) if (device !== gamepads) device.neutral();
+    changed();
+  });
+}
+new MutationObserver(() => {
+  choose.disabled = document.documentElement.dataset.role !== "you";
+}).observe(document.documentElement, { attributeFilter: ["data-role"] });
 setInterval(beat, BEAT);
 document.documentElement.dataset.ready = "";
 

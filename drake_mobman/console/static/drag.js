@@ -25,6 +25,7 @@ export class Drag {
   listen({ viewer, MeshCat }) {
     this.neutral();
     this.waits = false;
+    if (!viewer) return;
     viewer.connection.send = (bytes) => {
       const said = MeshCat.msgpack.decode(bytes);
       if (said.type === "mouse_drag") this.#hear(said, viewer, MeshCat.THREE);

@@ -19,9 +19,12 @@ export class Gamepads {
     this.waits = true; // Until triggers are let go: a press before counts no more.
   }
 
-  // Looks at the gamepad, which sends no events; the first that is there counts.
+  // Looks at the gamepad, which sends no events; the first that is there counts. Of those
+  // without the standard mapping, nobody knows which axis is which, or where it rests.
   poll() {
-    const pad = [...(navigator.getGamepads?.() ?? [])].find((one) => one?.connected);
+    const pad = [...(navigator.getGamepads?.() ?? [])].find(
+      (one) => one?.connected && one.mapping === "standard",
+    );
     if (!pad) return this.neutral();
     const pulled = TRIGGERS.some((i) => pad.buttons[i]?.value > 0.5);
     if (!pulled) this.waits = false;

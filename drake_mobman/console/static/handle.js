@@ -43,12 +43,14 @@ export class Handle {
     event.preventDefault();
     window.focus(); // The 3D view may have it, and keys with it.
     this.pointer = event.pointerId;
+    // Until it is let go: a layout that moves under a resting thumb is no command.
+    this.box = this.element.getBoundingClientRect();
     this.element.setPointerCapture(event.pointerId);
     this.#move(event);
   }
 
   #move(event) {
-    const box = this.element.getBoundingClientRect();
+    const box = this.box;
     const reach = (Math.min(box.width, box.height) / 2) * 0.8;
     const along = this.axes === "y" ? (box.height / 2) * 0.8 : reach;
     const x = this.axes === "y" ? 0 : (event.clientX - box.x - box.width / 2) / reach;

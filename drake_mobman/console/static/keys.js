@@ -25,6 +25,7 @@ export class Keys {
     // Before anything on the page: a space bar is not to press the button last used.
     window.addEventListener("keydown", (event) => {
       if (event.code === "Escape") return this.stop();
+      if (event.key === "Meta") return this.#let_go();
       if (event.ctrlKey || event.altKey || event.metaKey) return;
       if (!this.#is_ours(event)) return;
       event.preventDefault();
@@ -33,6 +34,7 @@ export class Keys {
       this.changed();
     }, true);
     window.addEventListener("keyup", (event) => {
+      if (event.key === "Meta") return this.#let_go();
       if (this.#is_ours(event)) event.preventDefault();
       if (this.down.delete(event.code)) this.changed();
     }, true);
@@ -50,7 +52,15 @@ export class Keys {
     this.down.clear();
   }
 
+  // Of keys that are let go while Meta is down, macOS says nothing.
+  #let_go() {
+    this.neutral();
+    this.changed();
+  }
+
+  // A list that has the focus keeps its keys.
   #is_ours(event) {
+    if (event.target.localName === "select") return false;
     return event.code in STEER || event.code === "Space" || SLOW.includes(event.code);
   }
 

@@ -9,7 +9,7 @@ const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i; // No graphics c
 
 export class Scene {
   // `opened(window)` is called with Meshcat's own window, and again where it is loaded
-  // anew.
+  // anew; there is no `viewer` in it where the browser has no WebGL.
   constructor(frame, opened) {
     this.frame = frame;
     this.opened = opened;
@@ -30,7 +30,7 @@ export class Scene {
   }
 
   get #renderer() {
-    return this.frame.contentWindow?.viewer?.renderer;
+    return this.frame.contentDocument?.defaultView.viewer?.renderer;
   }
 
   #drawn_by() {
@@ -45,9 +45,10 @@ export class Scene {
 
   // Hides Meshcat's own panel: nothing in it is for the operator.
   #tidy() {
-    const inside = this.frame.contentDocument;
+    const inside = this.frame.contentDocument; // None, where it could not be loaded.
+    if (inside?.readyState !== "complete" || inside.URL === "about:blank") return;
+    if (inside.querySelector("style.console")) return;
     if (SOFTWARE.test(this.#drawn_by())) this.#draw(COARSEST);
-    if (!this.#renderer || inside.querySelector("style.console")) return;
     const style = inside.createElement("style");
     style.className = "console";
     style.textContent = ".dg { display: none !important; }";
