@@ -190,6 +190,9 @@ def test_pad_drives_the_hand_out_and_then_the_base_and_letting_go_stops(
     console.until(lambda: rests(session), "it rests")
     console.says(arming="ready")
     assert console.status.startswith("stopped: the dead-man was let go")
+    console.push(-0.9, 0.0)
+    console.until(lambda: signal_of(session, "ee_command")[1] > 0.2, "to the left")
+    console.release()
 
 
 def test_page_frozen_at_full_stick_stops_the_base_in_time(console, session):
@@ -366,6 +369,8 @@ def test_second_page_watches_stops_and_takes_over_what_it_is_given(
         console.drive(lambda: not rests(session), "it moves")
         second.page.mouse.click(100, 600)  # On its pad, which does nothing.
         assert not rests(session)
+        assert second.page.is_disabled(".choose")
+        assert console.page.is_enabled(".choose")
         second.page.click(".stop")
         console.until(lambda: rests(session), "it rests")
         console.until(lambda: "by a viewer" in console.status, "it says who")
@@ -381,6 +386,7 @@ def test_second_page_watches_stops_and_takes_over_what_it_is_given(
         second.page.click(".take")
         second.says(role="you", arming="ready")
         console.says(role="another")
+        assert console.page.is_disabled(".choose")
         second.drive(lambda: not rests(session), "the phone drives")
         second.release()
         second.until(lambda: rests(session), "it rests")
@@ -423,6 +429,7 @@ def test_thumbs_on_a_phone_drive_and_stop(session, server, browser):
             box = console.page.locator(f".{name}").bounding_box()
             assert box["y"] + box["height"] <= PHONE["height"]  # Without scrolling.
             where[name] = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        box_of_pad = console.page.locator(".pad").bounding_box()
         fingers = Fingers(console)
         up = lambda name: (where[name][0], where[name][1] - 60)  # noqa: E731
 
@@ -432,6 +439,8 @@ def test_thumbs_on_a_phone_drive_and_stop(session, server, browser):
         fingers.put("lever", *where["lever"])
         fingers.put("lever", *up("lever"))
         console.until(lambda: min(signal_of(session, "ee_command")[[0, 2]]) > 0, "both")
+        # It stays where it is, however long the status says what.
+        assert console.page.locator(".pad").bounding_box() == box_of_pad
         fingers.put("stop", *where["stop"])
         console.until(lambda: rests(session), "it rests")
         assert session.snapshot().status == GateStatus.STOPPED
@@ -440,7 +449,9 @@ def test_thumbs_on_a_phone_drive_and_stop(session, server, browser):
 
         fingers.put("pad", *where["pad"])
         console.says(arming="armed")
+        fingers.put("pad", *up("pad"))
         fingers.put("lever", *up("lever"))
+        console.until(lambda: not rests(session), "it moves")
         fingers.cancel()  # As when a call comes in.
         console.until(lambda: rests(session), "it rests")
         assert session.snapshot().status == GateStatus.RELEASED
@@ -462,6 +473,12 @@ def test_keys_and_gamepad_drive_while_their_dead_man_is_held(console, session):
     console.until(lambda: signal_of(session, "ee_command")[1] == 0.1, "it turns slowly")
     keys.up("Shift")
     console.until(lambda: signal_of(session, "ee_command")[1] == 0.4, "and quickly")
+    for key, way in [("r", 1), ("f", -1)]:
+        keys.down(key)
+        console.until(
+            lambda way=way: signal_of(session, "ee_command")[2] * way > 0, key
+        )
+        keys.up(key)
     keys.press("Escape")
     console.until(lambda: rests(session), "it rests")
     assert session.snapshot().status == GateStatus.STOPPED
@@ -470,25 +487,52 @@ def test_keys_and_gamepad_drive_while_their_dead_man_is_held(console, session):
     keys.up("Space")
     console.says(arming="ready")
 
-    console.page.evaluate(
-        """() => {
-            window.plugged = {
-                connected: true,
-                axes: [0, 0, 0, 0],
-                buttons: Array.from({ length: 17 }, () => ({ value: 0 })),
-            };
-            navigator.getGamepads = () => [null, window.plugged];
-        }"""
-    )
-    set_gamepad = (
-        "([i, value, y]) => { plugged.buttons[i] = { value }; plugged.axes[1] = y }"
-    )
-    console.page.wait_for_timeout(200)
-    console.page.evaluate(set_gamepad, [7, 1, -1])
-    console.until(lambda: signal_of(session, "ee_command")[0] == 0.4, "it drives")
+    plug_in_gamepads(console)
+    console.says(arming="ready")  # Whatever the one says that is no gamepad.
+    set_gamepad(console, [-1, 0, 0, 0], trigger=6)
+    console.until(lambda: signal_of(session, "ee_command")[1] == 0.4, "it turns")
+    set_gamepad(console, [0, 0, 0, -1], trigger=6)
+    console.until(lambda: signal_of(session, "ee_command")[2] > 0, "it goes up")
+    set_gamepad(console, [0, 0, 0, 0])
+    console.says(arming="ready")
+    set_gamepad(console, [0, -1, 0, 0], trigger=7)
+    console.until(lambda: signal_of(session, "ee_command")[0] == 0.4, "it goes out")
+    console.page.evaluate("plugged.buttons[1] = { value: 1, pressed: true }")
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.STOPPED
+    set_gamepad(console, [0, 0, 0, 0])
+    console.says(arming="ready")
+    set_gamepad(console, [0, -1, 0, 0], trigger=7)
+    console.until(lambda: not rests(session), "it moves")
     console.page.evaluate("plugged.connected = false")
     console.until(lambda: rests(session), "it rests")
     assert session.snapshot().status == GateStatus.RELEASED
+
+
+def plug_in_gamepads(console):
+    """Plugs in a gamepad, and before it a throttle that rests at the end of its way."""
+    console.page.evaluate(
+        """() => {
+            const known = { connected: true, mapping: "standard" };
+            window.plugged = { ...known, axes: [0, 0, 0, 0] };
+            plugged.buttons = Array.from({ length: 17 }, () => ({ value: 0 }));
+            const odd = { connected: true, mapping: "", axes: [0, 0, 0, -1] };
+            odd.buttons = [{ value: 0 }];
+            navigator.getGamepads = () => [null, odd, plugged];
+        }"""
+    )
+    console.page.wait_for_timeout(300)  # Until it has been looked at.
+
+
+def set_gamepad(console, axes, trigger=None):
+    """Moves its sticks, pulls a trigger, and lets all other buttons go."""
+    console.page.evaluate(
+        """([axes, trigger]) => {
+            const value = (_, i) => ({ value: i === trigger ? 1 : 0 });
+            Object.assign(plugged, { axes, buttons: plugged.buttons.map(value) });
+        }""",
+        [axes, trigger],
+    )
 
 
 def test_choice_and_reset_are_a_click_away(console, session):
@@ -499,6 +543,179 @@ def test_choice_and_reset_are_a_click_away(console, session):
     console.until(lambda: session.snapshot().time > 1.0, "it runs")
     console.page.click(".reset")
     console.until(lambda: session.snapshot().time < 1.0, "it starts over")
+
+
+def hold(console, session, *names):
+    """Holds keys until they move the robot; anew, where a busy machine stopped them."""
+    keys, page = console.page.keyboard, console.page
+
+    def moves():
+        if page.get_attribute("html", "data-arming") == "latched":
+            let_go(console, *names)
+            console.says(arming="ready")
+            for name in names:
+                keys.down(name)
+        return not rests(session)
+
+    console.says(arming="ready")
+    for name in names:
+        keys.down(name)
+    console.until(moves, "they move it")
+
+
+def let_go(console, *names):
+    for name in names:
+        console.page.keyboard.up(name)
+
+
+def test_list_that_is_open_keeps_no_key_held(console, session):
+    keys = console.page.keyboard
+    hold(console, session, "Space", "w")
+    console.page.click(".choose")  # From now on it hears all keys.
+    let_go(console, "Space", "w")
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.RELEASED
+    keys.press("Escape")  # Closes it.
+    hold(console, session, "Space", "w")
+    let_go(console, "Space", "w")
+    console.until(lambda: rests(session), "it rests")
+
+    # By the keyboard: what the list has, it keeps.
+    console.page.focus(".choose")
+    keys.down("Space")
+    keys.down("w")
+    console.page.wait_for_timeout(300)
+    assert rests(session)
+    let_go(console, "Space", "w")
+    keys.press("Escape")
+    console.page.focus(".choose")
+    console.drive(lambda: not rests(session), "the pad moves it")
+    console.release()
+    hold(console, session, "Space", "w")  # The pad has taken the focus.
+    let_go(console, "Space", "w")
+
+
+def test_choice_can_be_changed_while_a_gamepad_drives(console, session):
+    assert session.snapshot().choice == "blending"
+    plug_in_gamepads(console)
+    console.says(arming="ready")
+    set_gamepad(console, [0, -1, 0, 0], trigger=7)
+    console.until(lambda: not rests(session), "it moves")
+    console.page.click(".choose")
+    console.page.keyboard.press("ArrowDown")
+    console.page.keyboard.press("Enter")
+    console.until(lambda: session.snapshot().choice != "blending", "it is chosen")
+    assert not rests(session)
+    set_gamepad(console, [0, 0, 0, 0])
+    console.page.select_option(".choose", "blending")
+    console.until(lambda: session.snapshot().choice == "blending", "it is chosen")
+
+
+@pytest.mark.parametrize("fails", ["without WebGL", "without a server"])
+def test_picture_that_did_not_load_keeps_no_key_held(console, session, fails):
+    if fails == "without WebGL":
+        console.context.add_init_script(
+            "HTMLCanvasElement.prototype.getContext = () => null"
+        )
+    else:
+        console.context.route("**/view/", lambda route: route.abort())
+    console.page.evaluate(
+        """() => new Promise((done) => {
+            const frame = document.querySelector(".scene");
+            frame.addEventListener("load", done);
+            frame.contentWindow.location.reload();
+        })"""
+    )
+    console.errors.clear()  # Of Meshcat.
+    hold(console, session, "Space", "w")
+    console.page.click(".scene")
+    let_go(console, "Space", "w")
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.RELEASED
+    if fails == "without WebGL":
+        console.page.keyboard.press("Escape")
+        console.until(lambda: session.snapshot().status == GateStatus.STOPPED, "stop")
+    # The pad takes the attention back.
+    console.drive(lambda: not rests(session), "it moves")
+    console.release()
+
+
+@pytest.mark.parametrize("kind", ["keydown", "keyup", "contextmenu"])
+def test_meta_key_and_menus_let_go_of_keys(console, session, kind):
+    hold(console, session, "Space", "w")
+    if kind == "contextmenu":
+        console.page.click(".help", button="right")
+    else:  # As macOS does: of what else is let go meanwhile it says nothing.
+        console.page.evaluate(
+            """(kind) => {
+                const meta = { key: "Meta", code: "MetaLeft", bubbles: true };
+                document.body.dispatchEvent(new KeyboardEvent(kind, meta));
+            }""",
+            kind,
+        )
+    console.until(lambda: rests(session), "it rests")
+    assert session.snapshot().status == GateStatus.RELEASED
+    let_go(console, "Space", "w")
+
+
+SIZES = [
+    *((1366, 768), (1000, 600), (1000, 500), (1000, 390), (844, 390), (568, 320)),
+    *((390, 844), (390, 664), (360, 640)),
+]
+
+
+def test_stop_is_never_covered_and_all_it_takes_to_drive_is_in_sight(console):
+    page = console.page
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        for scrolled in (0, 10_000):
+            page.evaluate(
+                "(y) => document.querySelector('.stage').scrollTo(0, y)", scrolled
+            )
+            assert covered(page, ".stop") == [], (width, height, scrolled)
+        page.evaluate("document.querySelector('.stage').scrollTo(0, 0)")
+        for name in ("scene", "pad", "lever", "choose", "reset"):
+            box = page.locator(f".{name}").bounding_box()
+            assert box["y"] + box["height"] <= height, (name, width, height)
+            assert box["x"] + box["width"] <= width, (name, width, height)
+            assert min(box["width"], box["height"]) >= 30, (name, width, height)
+            assert covered(page, f".{name}") == [], (name, width, height)
+
+
+def covered(page, selector):
+    """Returns what lies over an element, or beside it within the box that it fills."""
+    return page.evaluate(
+        """(selector) => {
+            const element = document.querySelector(selector);
+            const { x, y, width, height } = element.getBoundingClientRect();
+            const over = [];
+            for (let i = 1; i < 10; i++) {
+                for (let j = 1; j < 10; j++) {
+                    // Round as the pad is.
+                    if (Math.hypot(i - 5, j - 5) > 4.9) continue;
+                    const at = [x + width * i / 10, y + height * j / 10];
+                    const top = document.elementFromPoint(...at);
+                    if (!element.contains(top)) over.push(top?.className ?? "nothing");
+                }
+            }
+            return over;
+        }""",
+        selector,
+    )
+
+
+def test_pad_that_moves_under_a_resting_thumb_is_not_pushed(console, session):
+    console.push(0.0, 0.0)
+    before = console.page.locator(".pad").bounding_box()
+    console.page.evaluate("document.querySelector('.notice').style.height = '90px'")
+    after = console.page.locator(".pad").bounding_box()
+    assert after["y"] > before["y"] + 20
+    x, y = (before[k] + before["width"] / 2 for k in "xy")
+    console.page.mouse.move(x + 1, y)
+    console.page.wait_for_timeout(300)
+    assert rests(session)
+    assert not np.any(signal_of(session, "ee_command"))
+    console.release()
 
 
 # --- Those who mean no good ----------------------------------------------------------
@@ -631,14 +848,15 @@ def test_page_of_another_site_gets_no_socket(server):
 
 
 @contextmanager
-def mobman_drive(*arguments):
-    """Runs `mobman drive`, and gives the process and the address that it prints."""
+def mobman_drive(*arguments, folder=None):
+    """Runs `mobman drive` in a folder; gives the process and the address it prints."""
     command = [sys.executable, "-u", "-P", "-m", "drake_mobman.cli", "drive"]
     process = subprocess.Popen(
         [*command, *map(str, arguments), "--port", "0"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        cwd=folder,
     )
     try:
         line = process.stdout.readline()
@@ -749,6 +967,28 @@ def test_two_minutes_of_driving_leak_nothing_keep_time_and_play_back_bit_for_bit
     # Its loop never hurries, and falls behind only where the machine does.
     factor = json.loads((folder / "metrics.json").read_text())["real_time_factor"]
     assert 0.9 < factor < 1.001
+
+
+def test_recording_begun_and_ended_on_the_page_plays_back_bit_for_bit(
+    browser, tmp_path
+):
+    with mobman_drive("kwon_arbitrary", folder=tmp_path) as (process, address):
+        with Console(browser, address) as console:
+            console.says(role="you", arming="ready")
+            console.page.click(".button.record")
+            console.says(recording="on", arming="ready")
+            assert "recording to" in console.page.inner_text(".fact.recording")
+            console.push(0.0, 1.0)
+            console.page.wait_for_timeout(1000)
+            console.release()
+            console.page.click(".end_record")
+            console.says(recording="off")
+            assert console.page.is_visible(".button.record")
+        ended(process)
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder.name.startswith("kwon_arbitrary-")
+    log = played_back(folder)
+    assert np.abs(log["ee_command"]).max() > 0.0
 
 
 @pytest.mark.skipif(not DRAGS, reason="this Meshcat knows nothing of dragging")

@@ -323,7 +323,7 @@ def test_recording_too_short_to_be_played_back_leaves_no_folder(tmp_path):
     recorder.drop()
     assert list(tmp_path.iterdir()) == []
     with LiveSession(scenario_of(), record=tmp_path / "session") as session:
-        for wait in np.linspace(0.0, 0.1, 20):
+        for wait in np.linspace(0.0, 0.05, 8):
             session.reset()
             time.sleep(wait)
     assert session.snapshot().problem == ""

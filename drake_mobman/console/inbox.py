@@ -47,7 +47,6 @@ class Inbox:
         self._lock = threading.Lock()
         self._choice = 0
         self._stop = False
-        self.dropped = 0  # Messages, since the start.
         self.forget()
         self._gone = False  # Whether it is still to be told that nobody is there.
 
@@ -71,7 +70,6 @@ class Inbox:
         with self._lock:
             in_order = self._said is None or said.sequence > self._said.sequence
             if not (in_order and lateness <= self._late):
-                self.dropped += 1
                 return False
             self._said, self._stamp = said, self._clock() - lateness
             return True

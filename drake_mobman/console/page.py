@@ -28,9 +28,11 @@ def add_page(name: str, session: LiveSession) -> None:
         ui.add_body_html(_BODY)
         with _block("console"):
             _bar(name)
-            _view()
-            _controls(session)
-            _plots(session.scenario)
+            with _block("stage"):
+                with _block("first"):
+                    _view()
+                    _controls(session)
+                _plots(session.scenario)
 
 
 @contextmanager

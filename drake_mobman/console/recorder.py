@@ -35,7 +35,7 @@ FILES = (*RUN, PART)
 LONGEST = 86400.0
 """What a recorded scenario says of its duration while nobody knows it [s]."""
 
-_NICE = 10
+_NICE = 19
 """By how much the finisher gives way to the session."""
 
 

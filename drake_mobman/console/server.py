@@ -99,7 +99,7 @@ class Server:
         return self._uvicorn.started
 
     def run(self) -> None:
-        """Serves until `close` or, in the main thread, Ctrl-C."""
+        """Serves until `close` or, in the main thread, Ctrl-C or SIGTERM."""
         try:
             self._uvicorn.run(sockets=[self._place])
         finally:

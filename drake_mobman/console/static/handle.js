@@ -41,7 +41,8 @@ export class Handle {
   #take(event) {
     if (this.held || (event.pointerType === "mouse" && event.button !== 0)) return;
     event.preventDefault();
-    window.focus(); // The 3D view may have it, and keys with it.
+    document.activeElement?.blur(); // The 3D view or the list may have the focus,
+    window.focus(); // and keys with it.
     this.pointer = event.pointerId;
     // Until it is let go: a layout that moves under a resting thumb is no command.
     this.box = this.element.getBoundingClientRect();
