@@ -369,8 +369,10 @@ def test_second_page_watches_stops_and_takes_over_what_it_is_given(
         console.drive(lambda: not rests(session), "it moves")
         second.page.mouse.click(100, 600)  # On its pad, which does nothing.
         assert not rests(session)
-        assert second.page.is_disabled(".choose")
-        assert console.page.is_enabled(".choose")
+        name = session.snapshot().choice
+        second.page.mouse.click(*middle_of(second, ".choose:not([aria-pressed=true])"))
+        second.page.wait_for_timeout(200)
+        assert session.snapshot().choice == name
         second.page.click(".stop")
         console.until(lambda: rests(session), "it rests")
         console.until(lambda: "by a viewer" in console.status, "it says who")
@@ -386,7 +388,6 @@ def test_second_page_watches_stops_and_takes_over_what_it_is_given(
         second.page.click(".take")
         second.says(role="you", arming="ready")
         console.says(role="another")
-        assert console.page.is_disabled(".choose")
         second.drive(lambda: not rests(session), "the phone drives")
         second.release()
         second.until(lambda: rests(session), "it rests")
@@ -441,11 +442,15 @@ def test_thumbs_on_a_phone_drive_and_stop(session, server, browser):
         console.until(lambda: min(signal_of(session, "ee_command")[[0, 2]]) > 0, "both")
         # It stays where it is, however long the status says what.
         assert console.page.locator(".pad").bounding_box() == box_of_pad
+        # A second thumb chooses while the first one drives.
+        fingers.put("choice", *middle_of(console, '[data-choice="exact"]'))
+        console.until(lambda: session.snapshot().choice == "exact", "it is chosen")
         fingers.put("stop", *where["stop"])
         console.until(lambda: rests(session), "it rests")
         assert session.snapshot().status == GateStatus.STOPPED
         fingers.lift()
         console.says(arming="ready")
+        choose(console, "blending")
 
         fingers.put("pad", *where["pad"])
         console.says(arming="armed")
@@ -536,10 +541,10 @@ def set_gamepad(console, axes, trigger=None):
 
 
 def test_choice_and_reset_are_a_click_away(console, session):
-    console.page.select_option(".choose", "exact")
-    console.until(lambda: session.snapshot().choice == "exact", "it is chosen")
-    console.page.select_option(".choose", "blending")
-    console.until(lambda: session.snapshot().choice == "blending", "it is chosen")
+    for name in ("exact", "blending"):
+        choose(console, name)
+        console.until(lambda: session.snapshot().choice == name, "it is chosen")  # noqa: B023
+        console.page.wait_for_selector(f'[data-choice="{name}"][aria-pressed=true]')
     console.until(lambda: session.snapshot().time > 1.0, "it runs")
     console.page.click(".reset")
     console.until(lambda: session.snapshot().time < 1.0, "it starts over")
@@ -568,47 +573,30 @@ def let_go(console, *names):
         console.page.keyboard.up(name)
 
 
-def test_list_that_is_open_keeps_no_key_held(console, session):
-    keys = console.page.keyboard
+def choose(console, name):
+    console.page.click(f'.choose[data-choice="{name}"]')
+
+
+def middle_of(console, selector):
+    """Returns the middle of the first such element [pixels]."""
+    box = console.page.locator(selector).first.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_choice_can_be_changed_while_keys_drive(console, session):
     hold(console, session, "Space", "w")
-    console.page.click(".choose")  # From now on it hears all keys.
-    let_go(console, "Space", "w")
-    console.until(lambda: rests(session), "it rests")
-    assert session.snapshot().status == GateStatus.RELEASED
-    keys.press("Escape")  # Closes it.
-    hold(console, session, "Space", "w")
-    let_go(console, "Space", "w")
-    console.until(lambda: rests(session), "it rests")
-
-    # By the keyboard: what the list has, it keeps.
-    console.page.focus(".choose")
-    keys.down("Space")
-    keys.down("w")
-    console.page.wait_for_timeout(300)
-    assert rests(session)
-    let_go(console, "Space", "w")
-    keys.press("Escape")
-    console.page.focus(".choose")
-    console.drive(lambda: not rests(session), "the pad moves it")
-    console.release()
-    hold(console, session, "Space", "w")  # The pad has taken the focus.
-    let_go(console, "Space", "w")
-
-
-def test_choice_can_be_changed_while_a_gamepad_drives(console, session):
-    assert session.snapshot().choice == "blending"
-    plug_in_gamepads(console)
-    console.says(arming="ready")
-    set_gamepad(console, [0, -1, 0, 0], trigger=7)
-    console.until(lambda: not rests(session), "it moves")
-    console.page.click(".choose")
-    console.page.keyboard.press("ArrowDown")
-    console.page.keyboard.press("Enter")
-    console.until(lambda: session.snapshot().choice != "blending", "it is chosen")
+    choose(console, "exact")
+    console.until(lambda: session.snapshot().choice == "exact", "it is chosen")
     assert not rests(session)
-    set_gamepad(console, [0, 0, 0, 0])
-    console.page.select_option(".choose", "blending")
+    choose(console, "blending")
     console.until(lambda: session.snapshot().choice == "blending", "it is chosen")
+    let_go(console, "Space", "w")
+    console.until(lambda: rests(session), "it rests")
+    # The space bar is the dead-man, whatever button was used last.
+    console.page.focus('.choose[data-choice="exact"]')
+    console.page.keyboard.press("Space")
+    console.page.wait_for_timeout(300)
+    assert session.snapshot().choice == "blending"
 
 
 @pytest.mark.parametrize("fails", ["without WebGL", "without a server"])
@@ -674,7 +662,7 @@ def test_stop_is_never_covered_and_all_it_takes_to_drive_is_in_sight(console):
             )
             assert covered(page, ".stop") == [], (width, height, scrolled)
         page.evaluate("document.querySelector('.stage').scrollTo(0, 0)")
-        for name in ("scene", "pad", "lever", "choose", "reset"):
+        for name in ("scene", "pad", "lever", "choices", "reset"):
             box = page.locator(f".{name}").bounding_box()
             assert box["y"] + box["height"] <= height, (name, width, height)
             assert box["x"] + box["width"] <= width, (name, width, height)
@@ -903,7 +891,7 @@ def drive_about(console, seconds, seed):
     """Drives as a child would, with all that the page has."""
     rng = np.random.default_rng(seed)
     page = console.page
-    choices = page.locator(".choose option").all_inner_texts()
+    choices = page.locator(".choose").all_inner_texts()
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         console.says(arming="ready")
@@ -922,7 +910,7 @@ def drive_about(console, seconds, seed):
             for key in held:
                 page.keyboard.up(key)
         if rng.random() < 0.3:
-            page.select_option(".choose", str(rng.choice(choices)))
+            choose(console, rng.choice(choices))
 
 
 def ended(process):

@@ -53,9 +53,9 @@ def _text(class_: str, text: str = "", tag: str = "div", **attributes: str) -> N
         ui.html(text, sanitize=False, tag="span")
 
 
-def _button(text: str, ask: str, title: str) -> None:
+def _button(text: str, ask: str, title: str, **attributes: str) -> None:
     """Adds a button that asks for something; see `messages.ASKS`."""
-    _text(f"button {ask}", text, "button", data_ask=ask, title=title)
+    _text(f"button {ask}", text, "button", data_ask=ask, title=title, **attributes)
 
 
 def _bar(name: str) -> None:
@@ -89,9 +89,11 @@ def _controls(session: LiveSession) -> None:
             _button("Reset", "reset", "Start over")
             _button("Record", "record", "Start over, and record")
             _button("End recording", "end_record", "Keep what is recorded")
-            with _block("choose", "select", title="Who tells base and arm what to do"):
-                for choice in session.choices:
-                    _text("", choice, "option", value=choice)
+        # No list, which would open: that takes keys, and what is let go then.
+        with _block("choices"):
+            title = "Tells base and arm what to do"
+            for choice in session.choices:
+                _button(choice, "choose", title, data_choice=choice)
         drags = session.draggable and DRAGS
         _text("help", _HELP + (_DRAG_HELP if drags else ""))
 

@@ -122,29 +122,14 @@ window.addEventListener("pagehide", neutral);
 document.addEventListener("visibilitychange", neutral);
 document.addEventListener("freeze", neutral);
 // At once, and by a second finger too, for which there is no click.
-document.addEventListener("pointerdown", (event) => {
-  if (event.target.closest('[data-ask="stop"]')) stop();
+document.addEventListener("pointerdown", ({ target }) => {
+  const button = target.closest('[data-ask="stop"], [data-ask="choose"]');
+  if (button) ask(button.dataset.ask, { choice: button.dataset.choice });
 });
-document.addEventListener("click", (event) => {
-  const what = event.target.closest("[data-ask]")?.dataset.ask;
-  if (what) ask(what);
+document.addEventListener("click", ({ target }) => {
+  const button = target.closest("[data-ask]");
+  if (button) ask(button.dataset.ask, { choice: button.dataset.choice });
 });
-const choose = document.querySelector(".choose");
-choose.addEventListener("change", () => {
-  ask("choose", { choice: choose.value });
-  choose.blur(); // Arrow keys are for steering.
-});
-choose.addEventListener("keyup", ({ code }) => code === "Escape" && choose.blur());
-// An open list takes what is let go; but a gamepad, which is looked at, drives on.
-for (const kind of ["pointerdown", "focus"]) {
-  choose.addEventListener(kind, () => {
-    for (const device of devices) if (device !== gamepads) device.neutral();
-    changed();
-  });
-}
-new MutationObserver(() => {
-  choose.disabled = document.documentElement.dataset.role !== "you";
-}).observe(document.documentElement, { attributeFilter: ["data-role"] });
 setInterval(beat, BEAT);
 document.documentElement.dataset.ready = "";
 

@@ -58,9 +58,7 @@ export class Keys {
     this.changed();
   }
 
-  // A list that has the focus keeps its keys.
   #is_ours(event) {
-    if (event.target.localName === "select") return false;
     return event.code in STEER || event.code === "Space" || SLOW.includes(event.code);
   }
 

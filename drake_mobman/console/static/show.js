@@ -27,8 +27,9 @@ export function show(state) {
   put("recording", state.recording ? `recording to ${state.recording}` : "");
   const asked = state.asked && state.role === "you" ? "another page asks for the stick" : "";
   put("notice", state.problem || state.notice || asked);
-  const choose = find("choose");
-  if (document.activeElement !== choose) choose.value = state.choice;
+  for (const choice of document.querySelectorAll(".choose")) {
+    choice.ariaPressed = choice.dataset.choice === state.choice;
+  }
 }
 
 export function showClosed(why) {
