@@ -41,7 +41,7 @@ export class Handle {
   #take(event) {
     if (this.held || (event.pointerType === "mouse" && event.button !== 0)) return;
     event.preventDefault();
-    document.activeElement?.blur(); // The 3D view or the list may have the focus,
+    document.activeElement?.blur(); // The 3D view may have the focus,
     window.focus(); // and keys with it.
     this.pointer = event.pointerId;
     // Until it is let go: a layout that moves under a resting thumb is no command.
