@@ -4,7 +4,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.runs.scenario import AnyScenario
-from drake_mobman.teleop.drag import Draggable
+from drake_mobman.teleop.drag import NO_BODY, Draggable
 from drake_mobman.teleop.gate import CommandGate
 from drake_mobman.teleop.live import LiveSource, Operator
 from drake_mobman.teleop.recorded import RecordedSource, Recording
@@ -24,7 +24,7 @@ def add_operator(
     scenario: AnyScenario,
     operator: Operator | Recording,
     ports: Ports,
-    draggable: Draggable | None = None,
+    draggable: Draggable = NO_BODY,
 ) -> Ports:
     """Adds the operator, the gate for what he says, and what keeps the base still.
 
@@ -49,10 +49,7 @@ def add_operator(
     else:
         source = add("source", LiveSource(period))
         builder.ExportInput(source.get_input_port(), signals.OPERATOR_INPUT)
-    gate = add(
-        "gate",
-        CommandGate(scenario.gate, scenario.guard, period, draggable or Draggable()),
-    )
+    gate = add("gate", CommandGate(scenario.gate, scenario.guard, period, draggable))
     connect_by_name(builder, outputs([source]), [gate])
     ports = ports | outputs([source, gate])
     standstill = add("standstill", Standstill(scenario.guard, period))

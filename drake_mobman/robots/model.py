@@ -65,10 +65,11 @@ class RobotModel:
         self.plant = MultibodyPlant(0.0)
         Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
         self.plant.Finalize()
-        joints = [self.plant.get_joint(i) for i in self.plant.GetJointIndices()]
-        moving = [joint.name() for joint in joints if joint.num_positions()]
-        self.arm_joints = moving[BASE_JOINTS:]
-        self.arm_bodies = arm_bodies(self.plant)
+        joints = map(self.plant.get_joint, self.plant.GetJointIndices())
+        arm = [joint for joint in joints if joint.num_positions()][BASE_JOINTS:]
+        self.arm_joints = [joint.name() for joint in arm]
+        moved = self.plant.GetBodiesKinematicallyAffectedBy([x.index() for x in arm])
+        self.arm_bodies = {self.plant.get_body(i).name(): int(i) for i in moved}
         self.limits = joint_limits(self.plant)
         self._context = self.plant.CreateDefaultContext()
 
@@ -96,9 +97,7 @@ class RobotModel:
             body: of the plant.
             state: positions of base and arm, then velocities, 2 (3 + n,).
         """
-        self.plant.SetPositionsAndVelocities(self._context, state)
-        X_WB = self.plant.EvalBodyPoseInWorld(self._context, body)
-        V_WB = self.plant.EvalBodySpatialVelocityInWorld(self._context, body)
+        X_WB, V_WB = self._motion(body, state)
         return X_WB.translation(), V_WB.translational()
 
     def point_W(self, body: int, p_BQ: Any, state: Any) -> tuple[Any, Any]:
@@ -109,12 +108,17 @@ class RobotModel:
             p_BQ: where in B (3,) [m].
             state: positions of base and arm, then velocities, 2 (3 + n,).
         """
-        self.plant.SetPositionsAndVelocities(self._context, state)
-        B = self.plant.get_body(BodyIndex(body))
-        X_WB = self.plant.EvalBodyPoseInWorld(self._context, B)
-        V_WB = self.plant.EvalBodySpatialVelocityInWorld(self._context, B)
+        X_WB, V_WB = self._motion(self.plant.get_body(BodyIndex(body)), state)
         V_WQ = V_WB.Shift(X_WB.rotation() @ p_BQ)
         return X_WB @ p_BQ, V_WQ.translational()
+
+    def _motion(self, body: Any, state: Any) -> tuple[Any, Any]:
+        """Returns pose and spatial velocity in W of a body, in such a state."""
+        self.plant.SetPositionsAndVelocities(self._context, state)
+        return (
+            self.plant.EvalBodyPoseInWorld(self._context, body),
+            self.plant.EvalBodySpatialVelocityInWorld(self._context, body),
+        )
 
     def manipulability(self) -> float:
         """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints.
@@ -132,14 +136,6 @@ class RobotModel:
         )[:, BASE_JOINTS:]
         gram = J @ J.T if J.shape[1] >= 3 else J.T @ J
         return float(np.sqrt(max(np.linalg.det(gram), 0.0)))
-
-
-def arm_bodies(plant: Any) -> dict[str, int]:
-    """Returns the indices of the bodies of a finished plant that its arm moves."""
-    joints = map(plant.get_joint, plant.GetJointIndices())
-    arm = [joint.index() for joint in joints if joint.num_positions()][BASE_JOINTS:]
-    bodies = plant.GetBodiesKinematicallyAffectedBy(arm)
-    return {plant.get_body(body).name(): int(body) for body in bodies}
 
 
 def joint_limits(plant: Any) -> JointLimits:

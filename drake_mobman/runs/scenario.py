@@ -185,14 +185,11 @@ class Guided(Scenario):
 
     def _check_hand(self) -> None:
         """Raises `ParameterError` where the hand is too fast for base or period."""
-        most = _LEAST_MASS / self.period
-        if self.hand.damping > most:
-            valid = f"must be at most {most:g} at a period of {self.period:g} s"
-            raise ParameterError("hand.damping", self.hand.damping, valid)
-        most = _LEAST_DRAGGED / self.period
-        if self.drag.damping > most:
-            valid = f"must be at most {most:g} at a period of {self.period:g} s"
-            raise ParameterError("drag.damping", self.drag.damping, valid)
+        for name, mass in (("hand", _LEAST_MASS), ("drag", _LEAST_DRAGGED)):
+            damping, most = getattr(self, name).damping, mass / self.period
+            if damping > most:
+                valid = f"must be at most {most:g} at a period of {self.period:g} s"
+                raise ParameterError(f"{name}.damping", damping, valid)
         speed, fastest = peak_speed(self.hand), self.smoother.max_speed
         if self.smoother.enabled and speed > fastest:
             valid = f"out of reach; the base follows at most {fastest:g} m/s"

@@ -64,6 +64,10 @@ class Draggable:
     params: Drag = dc.field(default_factory=Drag)
 
 
+NO_BODY = Draggable()
+"""Nothing may be dragged."""
+
+
 def drag_status(dragged: Dragged, draggable: Draggable) -> GuardStatus:
     """Returns why a drag may not pass, or OK."""
     if not all(map(math.isfinite, dragged)):

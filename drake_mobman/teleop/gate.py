@@ -14,7 +14,7 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked, checked_period, positive
-from drake_mobman.teleop.drag import NOTHING, Draggable, drag_status
+from drake_mobman.teleop.drag import NO_BODY, NOTHING, Draggable, drag_status
 from drake_mobman.teleop.guard import Guard, GuardStatus, braked, command_status
 from drake_mobman.teleop.live import SIZE, OperatorSample
 
@@ -71,11 +71,8 @@ class GateState(NamedTuple):
     status: GateStatus = GateStatus.NOT_ARMED
 
 
-_NOTHING = Draggable()
-
-
 def input_status(
-    said: OperatorSample, gate: Gate, guard: Guard, draggable: Draggable = _NOTHING
+    said: OperatorSample, gate: Gate, guard: Guard, draggable: Draggable = NO_BODY
 ) -> GateStatus:
     """Returns why what is said may not pass, the gravest reason, or OK."""
     # Comparisons are such that a NaN never counts as held, fresh, or no stop.
@@ -94,6 +91,7 @@ def input_status(
 
 def is_at_rest(said: OperatorSample, gate: Gate, guard: Guard) -> bool:
     """Returns whether an operator is there, and neither presses nor commands."""
+    # No body may be dragged here: to drag is to command.
     let_go = input_status(said, gate, guard) == GateStatus.RELEASED
     return let_go and all(
         abs(c) <= gate.neutral * most
@@ -106,7 +104,7 @@ def next_state(
     said: OperatorSample,
     gate: Gate,
     guard: Guard,
-    draggable: Draggable = _NOTHING,
+    draggable: Draggable = NO_BODY,
 ) -> GateState:
     """Returns where the gate stands a period on, given what is said now.
 
@@ -163,7 +161,7 @@ class CommandGate(LeafSystem):
         params: Gate,
         guard: Guard,
         period: float,
-        draggable: Draggable = _NOTHING,
+        draggable: Draggable = NO_BODY,
     ) -> None:
         super().__init__()
         self.params = checked(params)

@@ -8,7 +8,6 @@ export class Handle {
   // where the finger or mouse is taken away without having let go.
   constructor(element, axes, changed, lost) {
     this.element = element;
-    this.knob = element.querySelector(".knob");
     this.axes = axes;
     this.changed = changed;
     this.pointer = null;
