@@ -425,6 +425,7 @@ START = "{x: 0.58, z: 0.523}"
         ("field.K_omega=-1", "field.K_omega: -1.0 is not valid; must be 0 or above"),
         ("field.K_omega=.nan", "field.K_omega: nan is not valid; must be a finite num"),
         ("hand.damping=130", "hand.damping: 130.0 is not valid; must be at most 120"),
+        ("drag.damping=50", "drag.damping: 50.0 is not valid; must be at most 45"),
         (
             "hand.path=[{x: 0.58, z: 0.523}, {time: 1, x: 3.58, z: 0.523}]",
             "hand.path: '4.5 m/s' is not valid; out of reach; the base follows at most",

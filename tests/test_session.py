@@ -45,6 +45,12 @@ def until(condition, what):
         time.sleep(0.01)
 
 
+def until_recorded(session, folder):
+    """Waits until there is something of a session in a folder."""
+    until(lambda: session.snapshot().recording == folder, "it records")
+    until(lambda: session.snapshot().time > 0.3, "it runs")
+
+
 class Stick:
     """An operator's device: says the same 50 times a second, until told otherwise."""
 
@@ -270,12 +276,10 @@ def test_each_recording_after_a_reset_has_a_folder_of_its_own(tmp_path):
     folder = tmp_path / "session"
     with LiveSession(scenario_of(), record=folder) as session:
         shown = session.snapshot
-        until(lambda: shown().recording == folder, "it records")
-        until(lambda: shown().time > 0.3, "it runs")
+        until_recorded(session, folder)
         session.reset()
         second = tmp_path / "session-2"
-        until(lambda: shown().recording == second, "it records on")
-        until(lambda: shown().time > 0.3, "it runs")
+        until_recorded(session, second)
         session.record(None)
         until(lambda: shown().recording is None, "it ends")
         assert shown().time > 0.3  # The session goes on.
@@ -292,12 +296,9 @@ def test_recordings_go_past_what_exists_on_disk(tmp_path):
     (tmp_path / "session-2" / COMMANDS).write_text("an hour of a person's work")
     (tmp_path / "session-3").write_text("a file")
     with LiveSession(scenario_of(), record=folder) as session:
-        shown = session.snapshot
-        until(lambda: shown().recording == folder, "it records")
-        until(lambda: shown().time > 0.3, "it runs")
+        until_recorded(session, folder)
         session.reset()
-        until(lambda: shown().recording == tmp_path / "session-4", "it records on")
-        until(lambda: shown().time > 0.3, "it runs")
+        until_recorded(session, tmp_path / "session-4")
     assert session.snapshot().problem == ""
     work = (tmp_path / "session-2" / COMMANDS).read_text()
     assert work == "an hour of a person's work"
@@ -337,8 +338,7 @@ def test_folder_that_cannot_be_completed_is_told_of_while_one_drives_on(tmp_path
     folder = tmp_path / "session"
     with LiveSession(scenario_of(), record=folder) as session:
         shown = session.snapshot
-        until(lambda: shown().recording == folder, "it records")
-        until(lambda: shown().time > 0.3, "it runs")
+        until_recorded(session, folder)
         (folder / PART).unlink()
         session.reset()
         until(lambda: shown().problem, "it is told of")
