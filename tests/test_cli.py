@@ -23,7 +23,7 @@ from typer.testing import CliRunner
 
 from drake_mobman.cli import app
 
-MOBMAN = [sys.executable, "-P", "-m", "drake_mobman.cli"]
+MOBMAN = [sys.executable, "-m", "drake_mobman.cli"]
 QUICK = ["--no-figures", "--set", "duration=0.5"]
 
 
@@ -265,7 +265,7 @@ def test_help_does_not_wait_for_drake():
         "heavy = {'pydrake', 'matplotlib', 'numpy', 'scipy'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
-    subprocess.run([sys.executable, "-P", "-c", code], check=True)
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_graph_names_every_block_and_signal(tmp_path):
@@ -362,7 +362,7 @@ def driving(*arguments, code="", **options):
     """Gives a process of `mobman drive`, before which `code` runs, and its address."""
     code = f"{code}\nfrom drake_mobman.cli import main\nmain()"
     process = subprocess.Popen(
-        [sys.executable, "-P", "-u", "-c", code, "drive", *arguments, "--port", "0"],
+        [sys.executable, "-u", "-c", code, "drive", *arguments, "--port", "0"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

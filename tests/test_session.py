@@ -254,7 +254,7 @@ while True:
 def test_killed_session_loses_at_most_its_last_second(tmp_path):
     folder = tmp_path / "killed"
     process = subprocess.Popen(
-        [sys.executable, "-P", "-c", KILLED, folder], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", KILLED, folder], stdout=subprocess.PIPE, text=True
     )
     end = time.monotonic() + PATIENCE
     while (shown := float(process.stdout.readline())) < 2.5:
@@ -432,7 +432,7 @@ def test_browser_opens_by_itself_where_there_is_a_screen(tmp_path, screen):
     opened, browser = tmp_path / "opened", tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {opened}\n')
     browser.chmod(0o755)
-    command = [sys.executable, "-P", "-m", "drake_mobman.cli", "drive", "kwon_1"]
+    command = [sys.executable, "-m", "drake_mobman.cli", "drive", "kwon_1"]
     us, them = pty.openpty()  # A person's terminal.
     process = subprocess.Popen(
         [*command, "--port", "0"],
