@@ -45,8 +45,8 @@ SLOW_BASE = "smoother={enabled: true, max_acceleration: 0.2, max_yaw_acceleratio
 # --- The base's law, by hand ----------------------------------------------------------
 
 
-def base(command, l, psi, ahead=0.0, **params):
-    return exact_base(command, (l, psi, 0.0), Exact(**params), LIMITS, ahead)
+def base(command, l, psi, p_BS=(0.0, 0.0, 0.5), **params):
+    return exact_base(command, (l, psi, 0.0), Exact(**params), LIMITS, p_BS)
 
 
 def test_base_rests_in_the_middle_of_the_workspace():
@@ -57,7 +57,7 @@ def test_base_carries_the_hand_whole_at_each_limit():
     for psi in (-0.6, 0.0, 0.3, 1.0):
         for l, v_c in ((1.6, 0.3), (0.4, -0.2), (1.9, 0.1), (0.1, -0.1)):
             v_b, omega_b = base((v_c, 0.2, 0.0), l, psi)
-            along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, 0.0)
+            along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, (0.0, 0.0, 0.5))
             assert along == pytest.approx(v_c, abs=ROUNDING)
 
 
@@ -65,11 +65,15 @@ def test_base_carries_the_hand_whole_at_each_limit():
     command=st.tuples(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.just(0.0)),
     psi=st.floats(-1.04, 1.04),
     ahead=st.floats(-0.3, 0.3),
+    aside=st.floats(-0.3, 0.3),
 )
-def test_nothing_is_left_to_the_arm_that_leads_out_of_a_limit(command, psi, ahead):
+def test_nothing_is_left_to_the_arm_that_leads_out_of_a_limit(
+    command, psi, ahead, aside
+):
+    p_BS = ahead, aside, 0.5
     for l, outward in ((1.6, 1), (1.8, 1), (0.4, -1), (0.2, -1)):
-        v_b, omega_b = base(command, l, psi, ahead)
-        along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, ahead)
+        v_b, omega_b = base(command, l, psi, p_BS)
+        along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, p_BS)
         assert outward * (command[0] - along) <= ROUNDING
 
 

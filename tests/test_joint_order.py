@@ -8,7 +8,12 @@ import pytest
 
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
-from drake_mobman.robots.model import BASE_JOINTS, RobotModel, drawn_plant, moving_joints
+from drake_mobman.robots.model import (
+    BASE_JOINTS,
+    RobotModel,
+    drawn_plant,
+    moving_joints,
+)
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.runs.scenario import Start, load_scenario
@@ -137,7 +142,12 @@ def moved(scenario, robot):
 RUNS = {
     "planar exact": ("kwon_arbitrary", "planar", "duration=5"),
     "planar qp": ("kwon_arbitrary", "planar", "duration=5", "decomposer=!Qp {}"),
-    "planar diffik": ("kwon_arbitrary", "planar", "duration=3", "decomposer=!DiffIk {}"),
+    "planar diffik": (
+        "kwon_arbitrary",
+        "planar",
+        "duration=3",
+        "decomposer=!DiffIk {}",
+    ),
     "planar servo": ("kwon_arbitrary", "planar", "duration=5", "fidelity=!Servo {}"),
     "spatial qp": ("kwon_spatial", "spatial", "duration=5", "decomposer=!Qp {}"),
     "spatial servo": ("kwon_spatial", "spatial", "duration=5", "fidelity=!Servo {}"),
