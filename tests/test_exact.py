@@ -21,7 +21,7 @@ from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.runs.metrics import metrics
-from drake_mobman.runs.motion import hand_motion, workspace_rates
+from drake_mobman.runs.motion import hand_motion
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
@@ -286,8 +286,8 @@ def check_a_minute(run):
 
 def turned(run):
     """Returns how far the hand turned out of its direction, at most [degrees]."""
-    motion, up = hand_motion(run), workspace_rates(run)[:, 2]
-    true = np.column_stack([motion.velocity, up])
+    motion = hand_motion(run)
+    true = np.column_stack([motion.velocity, motion.rise])
     told = np.column_stack([motion.in_force, run.log["ee_command"][:, 2]])
     fast = (np.linalg.norm(true, axis=1) > CREEP) & (
         np.linalg.norm(told, axis=1) > CREEP
