@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.workspace_sensor import unwrapped
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.parameters import checked
@@ -121,3 +122,50 @@ def test_hand_led_past_the_back_of_the_base_makes_no_jump(fidelity):
     assert found["workspace_excess_max"]["psi"] == 0.0
     # Swept at 0.15 rad/s, base at rest, the hand has no error but a step's and a lag's.
     assert found["ee_error_rms"] < 3e-3
+
+
+# An arm that is free, and pulled.
+
+
+@given(
+    steps=st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=30),
+    start=st.floats(-6.0, 6.0),
+)
+def test_an_angle_that_is_told_by_direction_alone_goes_on(steps, start):
+    angles = start + np.cumsum(steps)
+    last = start
+    for angle in angles:
+        last = unwrapped(math.atan2(math.sin(angle), math.cos(angle)), last)
+        assert last == pytest.approx(angle, abs=1e-9)
+
+
+@pytest.mark.parametrize("compiled", ["compiled=false", "compiled=true"])
+def test_free_arm_pulled_over_its_back_has_a_psi_without_a_jump(compiled):
+    """Over the shoulder, then to and fro behind it, with the base at rest."""
+    places = [
+        (0.0, 0.58, 0.0, 0.523),
+        (2.0, 0.3, 0.05, 1.1),
+        (4.0, -0.2, 0.06, 1.2),
+        (5.5, -0.4, 0.05, 1.1),
+        (7.0, -0.4, -0.2, 1.1),
+        (9.0, -0.4, 0.2, 1.1),
+        (11.0, -0.4, -0.2, 1.1),
+    ]
+    path = [dict(zip(("time", "x", "y", "z"), at, strict=True)) for at in places]
+    still = "field={K_f: 0.0, K_r: 0.0, K_omega: 0.0}"
+    _, scenario = load_scenario(
+        "petric_guided",
+        [f"hand.path={path}", "hand.releases=[]", still, "duration=11", compiled],
+    )
+    run = simulate(scenario)
+    assert run.died == ""
+    psi = run.log["workspace"][:, 1]
+    arm = scenario.robot.arm()
+    by_joints = np.array([arm.workspace(q)[1] for q in run.log["arm_position"]])
+    # The joints alone tell a turn more or less, and nothing else.
+    assert np.abs(np.diff(by_joints)).max() > 6.0
+    off = (psi - by_joints) / (2 * math.pi)
+    np.testing.assert_allclose(off, np.round(off), atol=SAME)
+    assert np.abs(np.diff(psi)).max() < 0.3
+    assert psi.min() == pytest.approx(0.0, abs=0.01)
+    assert psi.max() > math.pi + 0.3
