@@ -12,11 +12,13 @@ import pytest
 
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.console.session import Snapshot
+from drake_mobman.console.state import state
 from drake_mobman.parameters import checked
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.runs.scenario import Start, load_scenario
+from drake_mobman.runs.scenario import ScenarioError, Start, load_scenario
 from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 
@@ -135,3 +137,43 @@ def test_franka_with_masses_does_as_told(aside):
     assert free.mean() > 0.9
     assert np.sqrt(np.mean(error[free] ** 2)) < SERVO
     assert np.abs(run.log["base_sent"][:, 1]).max() > 0.2
+
+
+def test_hand_that_pulls_starts_where_the_tool_is():
+    """The path's start is told by the plant, for an arm mounted anywhere."""
+    mounted = ["robot.mount_ahead=0.05", "robot.mount_aside=0.2", "start.theta=0.5"]
+    with pytest.raises(ScenarioError) as refused:
+        load_scenario("petric_guided", mounted)
+    scenario = load_scenario("petric_guided")[1]
+    robot = FrankaTiago(mount_ahead=0.05, mount_aside=0.2)
+    model = RobotModel(robot)
+    start = dc.replace(scenario.start, theta=0.5)
+    q = dc.replace(scenario, robot=robot, start=start).start_position(model)
+    model.set_state(q, np.zeros(len(q)))
+    x, y, z = model.p_W("tool")
+    assert f"x = {x:.4f}, y = {y:.4f}, z = {z:.4f}" in str(refused.value)
+    path = f"hand.path=[{{time: 0.0, x: {x:.4f}, y: {y:.4f}, z: {z:.4f}}}]"
+    load_scenario("petric_guided", [*mounted, path, "hand.releases=[]"])
+
+
+def test_console_shows_what_the_base_makes_of_the_hands_speed():
+    """Along the reach, as the plant says of a hand that rests on a moving base."""
+    robot = Spatial(shoulder_ahead=0.1, shoulder_aside=0.3)
+    arm, model = robot.arm(), RobotModel(robot)
+    hand = (1.1, 0.6, 0.1)
+    rates = np.zeros(9)
+    rates[:3] = 0.2, 0.0, -0.5
+    model.set_state([0.0, 0.0, 0.0, *arm.inverse(hand)], rates)
+    v = model.v_W("tool")
+    shown = state(
+        Snapshot(
+            signals={
+                signals.WORKSPACE: hand,
+                signals.BASE_SENT: (0.2, -0.5),
+                signals.ARM_COMMAND: (0.0, 0.0, 0.0),
+            }
+        ),
+        arm.p_BS,
+    )
+    along = math.cos(0.6) * v[0] + math.sin(0.6) * v[1]
+    assert shown["base"] == pytest.approx(along, abs=1e-5)  # It is shown to 5 digits.

@@ -265,11 +265,12 @@ def test_projected_field_brings_any_hand_to_rest_in_the_passive_zone(params, hei
         assert np.abs(sent).max() < AT_REST
 
 
-def test_projected_field_comes_to_rest_with_the_shoulder_ahead_of_the_axis():
-    reach = dc.replace(REACH, ahead=0.2)
+@pytest.mark.parametrize(("ahead", "aside"), [(0.2, 0.0), (0.1, 0.15), (0.0, -0.2)])
+def test_projected_field_comes_to_rest_with_the_shoulder_off_the_axis(ahead, aside):
+    reach = dc.replace(REACH, ahead=ahead, aside=aside)
     for x, y in itertools.product((-0.45, 0.0, 0.1, 0.2, 0.6), (-0.3, 0.0, 0.1)):
         seen, sent = followed((x, y, 0.8), VelocityField(), 15, Smoother(), reach)
-        distance = math.hypot(seen[-1][0] - 0.2, seen[-1][1])
+        distance = math.hypot(seen[-1][0] - ahead, seen[-1][1] - aside)
         assert 0.4 - 1e-4 < distance < 0.55 + 1e-4  # Turning shifts it, as omega dies.
         assert np.abs(sent).max() < AT_REST
 
