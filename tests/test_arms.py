@@ -27,10 +27,14 @@ ROBOTS = {
     "planar, unequal": Planar(
         upper_link=0.9, lower_link=0.55, shoulder_ahead=0.2, shoulder_height=0.8
     ),
-    "planar, long forearm": Planar(upper_link=0.5, lower_link=0.75),
+    "planar, long forearm": Planar(upper_link=0.5, lower_link=0.75, shoulder_aside=0.3),
     "spatial": Spatial(),
     "spatial, unequal": Spatial(
-        upper_link=0.6, lower_link=0.45, hand=0.2, shoulder_ahead=-0.1
+        upper_link=0.6,
+        lower_link=0.45,
+        hand=0.2,
+        shoulder_ahead=-0.1,
+        shoulder_aside=-0.2,
     ),
     "spatial, long forearm": Spatial(
         upper_link=0.4, lower_link=0.7, hand=0.05, shoulder_height=0.3
@@ -84,7 +88,7 @@ def p_BE(robot, workspace):
     l, psi, z = workspace
     return [
         robot.shoulder_ahead + l * math.cos(psi),
-        l * math.sin(psi),
+        robot.shoulder_aside + l * math.sin(psi),
         robot.shoulder_height + z,
     ]
 
@@ -113,7 +117,7 @@ def test_it_is_as_long_as_its_links(name):
     q = np.zeros(BASE_JOINTS + arm.joints)
     model.set_state(q, q)
     stretch = robot.upper_link + robot.lower_link
-    tee = [robot.shoulder_ahead + stretch, 0.0, robot.shoulder_height]
+    tee = [robot.shoulder_ahead + stretch, robot.shoulder_aside, robot.shoulder_height]
     np.testing.assert_allclose(model.p_W("tee"), tee, atol=SAME)
     tool = np.add(tee, [getattr(robot, "hand", 0.0), 0.0, 0.0])
     np.testing.assert_allclose(model.p_W("tool"), tool, atol=SAME)

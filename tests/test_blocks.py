@@ -85,13 +85,14 @@ def inverse(arm, by):
     )
 
 
-def sensor(arm):
+def sensor(arm, *at_start):
     n = arm.joints
     return Case(
-        f"WorkspaceSensor, {type(arm).__name__}",
-        functools.partial(WorkspaceSensor, arm),
+        f"WorkspaceSensor, {type(arm).__name__}{', free' if at_start else ''}",
+        functools.partial(WorkspaceSensor, arm, *at_start),
         {"arm_position": (BEND[n], OTHER_BEND[n])},
         {"workspace": 3, "p_BT": 3},
+        ([2.0], [9.0]) if at_start else None,
     )
 
 
@@ -129,6 +130,7 @@ CASES = [
     smoother(Smoother(enabled=False), state=None),
     *(inverse(arm, by) for arm in (PLANAR, SPATIAL) for by in ("positions", "rates")),
     *(sensor(arm) for arm in (PLANAR, SPATIAL)),
+    sensor(SPATIAL, 2.0, PERIOD),
     *(robot(n) for n in (2, 6)),
 ]
 

@@ -56,6 +56,7 @@ BLOCKS = {
     "planar sensor": lambda: WorkspaceSensor(Planar().arm()),
     "spatial sensor": lambda: WorkspaceSensor(Spatial().arm()),
     "franka sensor": lambda: WorkspaceSensor(FrankaTiago().arm()),
+    "free arm's sensor": lambda: WorkspaceSensor(FrankaTiago().arm(), 2.0, PERIOD),
     "exact, planar": lambda: exact_decomposer("kwon_arbitrary"),
     "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother.enabled=true"),
     "planar inverse": lambda: inverse(Planar(), by="positions"),

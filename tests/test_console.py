@@ -471,11 +471,11 @@ def test_state_is_json_whatever_the_robot_does():
         },
         hand_error=float("inf"),
     )
-    said = json.loads(json.dumps(state(snapshot, 0.1), allow_nan=False))
+    said = json.loads(json.dumps(state(snapshot, (0.1, 0.3, 0.5)), allow_nan=False))
     assert said["z"] is None
     assert said["error"] is None
-    assert (said["base"], said["arm"]) == (0.2, 0.1)
-    json.dumps(state(Snapshot(), 0.1), allow_nan=False)
+    assert (said["base"], said["arm"]) == (0.17, 0.1)  # 0.2 - 0.1 x 0.3 m/s.
+    json.dumps(state(Snapshot(), (0.1, 0.3, 0.5)), allow_nan=False)
 
 
 # --- Meshcat's panel -----------------------------------------------------------------

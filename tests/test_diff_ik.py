@@ -40,8 +40,8 @@ SLOPE = 1e-8
 
 ROBOTS = {
     "planar": Planar(shoulder_ahead=0.2),
-    "spatial": Spatial(),
-    "franka_tiago": FrankaTiago(),
+    "spatial": Spatial(shoulder_aside=0.2),
+    "franka_tiago": FrankaTiago(mount_aside=0.1),
 }
 ARMS = {name: robot.arm() for name, robot in ROBOTS.items()}
 BLOCKS = {
@@ -293,12 +293,13 @@ def test_arm_comes_back_to_its_posture_under_a_still_hand(name):
 
     def hand_in_world():
         l, psi, z = ARMS[name].workspace(q)
-        d = ARMS[name].p_BS[0]
+        d, e, _ = ARMS[name].p_BS
         x, y, theta = base
+        c, s = math.cos(theta), math.sin(theta)
         return np.array(
             [
-                x + d * math.cos(theta) + l * math.cos(theta + psi),
-                y + d * math.sin(theta) + l * math.sin(theta + psi),
+                x + d * c - e * s + l * math.cos(theta + psi),
+                y + d * s + e * c + l * math.sin(theta + psi),
                 z,
             ]
         )

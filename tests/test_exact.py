@@ -21,7 +21,7 @@ from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.runs.metrics import metrics
-from drake_mobman.runs.motion import hand_motion, workspace_rates
+from drake_mobman.runs.motion import hand_motion
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
@@ -45,8 +45,8 @@ SLOW_BASE = "smoother={enabled: true, max_acceleration: 0.2, max_yaw_acceleratio
 # --- The base's law, by hand ----------------------------------------------------------
 
 
-def base(command, l, psi, ahead=0.0, **params):
-    return exact_base(command, (l, psi, 0.0), Exact(**params), LIMITS, ahead)
+def base(command, l, psi, p_BS=(0.0, 0.0, 0.5), **params):
+    return exact_base(command, (l, psi, 0.0), Exact(**params), LIMITS, p_BS)
 
 
 def test_base_rests_in_the_middle_of_the_workspace():
@@ -57,7 +57,7 @@ def test_base_carries_the_hand_whole_at_each_limit():
     for psi in (-0.6, 0.0, 0.3, 1.0):
         for l, v_c in ((1.6, 0.3), (0.4, -0.2), (1.9, 0.1), (0.1, -0.1)):
             v_b, omega_b = base((v_c, 0.2, 0.0), l, psi)
-            along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, 0.0)
+            along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, (0.0, 0.0, 0.5))
             assert along == pytest.approx(v_c, abs=ROUNDING)
 
 
@@ -65,11 +65,15 @@ def test_base_carries_the_hand_whole_at_each_limit():
     command=st.tuples(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.just(0.0)),
     psi=st.floats(-1.04, 1.04),
     ahead=st.floats(-0.3, 0.3),
+    aside=st.floats(-0.3, 0.3),
 )
-def test_nothing_is_left_to_the_arm_that_leads_out_of_a_limit(command, psi, ahead):
+def test_nothing_is_left_to_the_arm_that_leads_out_of_a_limit(
+    command, psi, ahead, aside
+):
+    p_BS = ahead, aside, 0.5
     for l, outward in ((1.6, 1), (1.8, 1), (0.4, -1), (0.2, -1)):
-        v_b, omega_b = base(command, l, psi, ahead)
-        along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, ahead)
+        v_b, omega_b = base(command, l, psi, p_BS)
+        along, _ = carried_rates((l, psi, 0.0), v_b, omega_b, p_BS)
         assert outward * (command[0] - along) <= ROUNDING
 
 
@@ -282,8 +286,8 @@ def check_a_minute(run):
 
 def turned(run):
     """Returns how far the hand turned out of its direction, at most [degrees]."""
-    motion, up = hand_motion(run), workspace_rates(run)[:, 2]
-    true = np.column_stack([motion.velocity, up])
+    motion = hand_motion(run)
+    true = np.column_stack([motion.velocity, motion.rise])
     told = np.column_stack([motion.in_force, run.log["ee_command"][:, 2]])
     fast = (np.linalg.norm(true, axis=1) > CREEP) & (
         np.linalg.norm(told, axis=1) > CREEP

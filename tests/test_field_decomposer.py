@@ -27,9 +27,9 @@ WIDE = VelocityField(b_d=0.5, Delta_f=0.4, Delta_r=0.3)
 """For the two robots of Kwon, whose arm is 2 m long."""
 
 ROBOTS = {
-    "planar": (Planar(shoulder_ahead=0.2), WIDE),
+    "planar": (Planar(shoulder_ahead=0.2, shoulder_aside=0.1), WIDE),
     "spatial": (Spatial(), WIDE),
-    "franka_tiago": (FrankaTiago(), VelocityField()),
+    "franka_tiago": (FrankaTiago(mount_aside=-0.1), VelocityField()),
 }
 BLOCKS = {
     name: FieldDecomposer(params, robot.reach(), robot.arm())
@@ -94,9 +94,9 @@ def test_base_command_is_the_fields_where_the_joints_have_the_wrist(
 def test_arm_gets_exactly_the_rest_of_what_is_sent(fed, outputs, name):
     inputs = random_inputs(name)
     found = outputs(BLOCKS[name], fed(BLOCKS[name], **inputs))
-    ahead = ROBOTS[name][0].arm().p_BS[0]
+    p_BS = ROBOTS[name][0].arm().p_BS
     expected = exact_rest(
-        inputs["ee_command"], inputs["workspace"], inputs["base_sent"], ahead
+        inputs["ee_command"], inputs["workspace"], inputs["base_sent"], p_BS
     )
     np.testing.assert_array_equal(found["arm_command"], expected)
 

@@ -64,7 +64,7 @@ def test_zones_are_those_logged_between_their_thresholds(behind, figures):
     log, field = behind.log, behind.scenario.field
     reach = behind.scenario.robot.reach()
     distance, bearing = figures["zones"].axes
-    p_ST = log[signals.P_BT] - [reach.ahead, 0.0, reach.l_0]
+    p_ST = log[signals.P_BT] - [reach.ahead, reach.aside, reach.l_0]
     from_centre = lines(distance)["from $c$"].get_ydata()
     assert from_centre == pytest.approx(np.linalg.norm(p_ST, axis=1))
     thresholds = [field.b_d, field.b_d + field.Delta_r]

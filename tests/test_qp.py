@@ -40,7 +40,7 @@ SLOPE = 1e-8
 """Of central differences: a step of 1e-5, squared, times third derivatives of up to
 10; and rounding over the step."""
 
-ROBOTS = {"planar": Planar(shoulder_ahead=0.2), "spatial": Spatial()}
+ROBOTS = {"planar": Planar(shoulder_ahead=0.2), "spatial": Spatial(shoulder_aside=0.2)}
 ARMS = {name: robot.arm() for name, robot in ROBOTS.items()}
 LIMITS = {name: RobotModel(robot).limits for name, robot in ROBOTS.items()}
 QPS = {name: QpDecomposer(Qp(), ARMS[name], LIMITS[name], PERIOD) for name in ROBOTS}
@@ -113,11 +113,12 @@ def hand_in_world(name, u, time):
     # On an arc, or straight on.
     x = time * u[0] * math.cos(theta / 2) * np.sinc(theta / 2 / math.pi)
     y = time * u[0] * math.sin(theta / 2) * np.sinc(theta / 2 / math.pi)
-    d = arm.p_BS[0]
+    d, e, _ = arm.p_BS
+    c, s = math.cos(theta), math.sin(theta)
     return np.array(
         [
-            x + d * math.cos(theta) + l * math.cos(theta + psi),
-            y + d * math.sin(theta) + l * math.sin(theta + psi),
+            x + d * c - e * s + l * math.cos(theta + psi),
+            y + d * s + e * c + l * math.sin(theta + psi),
             z,
         ]
     )
@@ -338,7 +339,7 @@ def test_base_and_arm_make_the_command_once_they_have_gathered_way(
     total = found["arm_command"] + np.append(found["base_share"], 0.0)
     # What the damping costs the QP, which at such a reach is a tenth of it.
     np.testing.assert_allclose(total, command, rtol=0, atol=0.01)
-    carried = carried_rates(inputs["workspace"], *found["base_command"], arm.p_BS[0])
+    carried = carried_rates(inputs["workspace"], *found["base_command"], arm.p_BS)
     np.testing.assert_array_equal(found["base_share"], carried)
 
 

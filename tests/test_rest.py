@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.symbolic import Evaluate, MakeVectorVariable
@@ -28,18 +28,24 @@ ROBOTS = {
     "planar": Planar(shoulder_ahead=0.25),
     "planar, shoulder behind": Planar(upper_link=0.8, shoulder_ahead=-0.1),
     "planar, shoulder above": Planar(),
+    "planar, shoulder to the left": Planar(shoulder_ahead=0.1, shoulder_aside=0.3),
     "spatial": Spatial(),
+    "spatial, shoulder to the right": Spatial(shoulder_aside=-0.25),
 }
 MODELS = {name: RobotModel(robot) for name, robot in ROBOTS.items()}
 
 SPEED = st.floats(-1.0, 1.0)
 ANGLE = st.floats(-math.pi, math.pi)
+PLACE = st.floats(-0.5, 0.5)
+"""Of a shoulder, ahead of the base's centre or left of it [m]."""
+
+P_BS = 0.15, -0.1, 0.7
 
 
 def random_hand(name, rng):
     """Returns a place of the hand, neither stretched nor folded, at any bearing."""
     psi = rng.uniform(-2.5, 2.5)
-    if name == "spatial":
+    if name.startswith("spatial"):
         return rng.uniform(0.6, 1.7), psi, rng.uniform(-0.5, 0.5)
     return rng.uniform(0.4, 1.6), psi, 0.0
 
@@ -65,13 +71,27 @@ def test_base_carries_a_hand_that_keeps_still_on_it_as_drake_has_it(name):
     arm = ROBOTS[name].arm()
     for _ in range(100):
         hand, base = random_hand(name, rng), rng.uniform(-1, 1, 2)
-        along, turning = carried_rates(hand, *base, arm.p_BS[0])
+        along, turning = carried_rates(hand, *base, arm.p_BS)
         still = np.zeros(arm.joints)
         found = hand_velocity(
             name, hand, base, lambda _, v=still: v, rng.uniform(-3, 3)
         )
         expected = (along, hand[0] * turning, 0.0)
         np.testing.assert_allclose(found, expected, rtol=0, atol=ROUNDING)
+
+
+@settings(max_examples=50)
+@given(d=PLACE, e=PLACE, l=st.floats(0.4, 1.6), psi=ANGLE, v_b=SPEED, omega_b=SPEED)
+def test_base_carries_the_hand_of_any_shoulder_as_drake_has_it(
+    d, e, l, psi, v_b, omega_b
+):
+    robot = Planar(shoulder_ahead=d, shoulder_aside=e)
+    model, q = RobotModel(robot), robot.arm().inverse((l, psi, 0.0))
+    model.set_state([0.0, 0.0, 0.0, *q], [v_b, 0.0, omega_b, 0.0, 0.0])
+    v, c, s = model.v_W("tool"), math.cos(psi), math.sin(psi)
+    along, turning = carried_rates((l, psi, 0.0), v_b, omega_b, (d, e, 0.5))
+    expected = c * v[0] + s * v[1], c * v[1] - s * v[0]
+    np.testing.assert_allclose((along, l * turning), expected, rtol=0, atol=ROUNDING)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -81,9 +101,9 @@ def test_with_the_rest_the_hand_moves_just_as_commanded(name):
     for _ in range(100):
         hand = random_hand(name, rng)
         command, base = rng.uniform(-0.4, 0.4, 3), rng.uniform(-1, 1, 2)
-        if name != "spatial":
+        if not name.startswith("spatial"):
             command[2] = 0.0  # A planar arm does not go up.
-        rest = exact_rest(command, hand, base, arm.p_BS[0])
+        rest = exact_rest(command, hand, base, arm.p_BS)
         found = hand_velocity(
             name,
             hand,
@@ -97,30 +117,33 @@ def test_with_the_rest_the_hand_moves_just_as_commanded(name):
 
 
 @pytest.mark.parametrize(
-    ("psi", "along", "turning"),
+    ("psi", "e", "along", "turning"),
     [
-        (0.0, 0.3, 0.4 * (0.8 + 0.2) / 0.8),
-        (math.pi / 2, 0.4 * 0.2, (0.4 * 0.8 - 0.3) / 0.8),
-        (math.pi, -0.3, 0.4 * (0.8 - 0.2) / 0.8),
-        (-math.pi / 2, -0.4 * 0.2, (0.4 * 0.8 + 0.3) / 0.8),
+        (0.0, 0.0, 0.3, 0.4 * (0.8 + 0.2) / 0.8),
+        (math.pi / 2, 0.0, 0.4 * 0.2, (0.4 * 0.8 - 0.3) / 0.8),
+        (math.pi, 0.0, -0.3, 0.4 * (0.8 - 0.2) / 0.8),
+        (-math.pi / 2, 0.0, -0.4 * 0.2, (0.4 * 0.8 + 0.3) / 0.8),
+        # Turning left takes a shoulder on the left backwards, at 0.4 times 0.5 m/s.
+        (0.0, 0.5, 0.3 - 0.2, 0.4 * (0.8 + 0.2) / 0.8),
+        (math.pi / 2, 0.5, 0.4 * 0.2, (0.4 * 0.8 - (0.3 - 0.2)) / 0.8),
+        (0.0, -0.5, 0.3 + 0.2, 0.4 * (0.8 + 0.2) / 0.8),
     ],
 )
-def test_carried_rates_are_as_worked_out_by_hand(psi, along, turning):
+def test_carried_rates_are_as_worked_out_by_hand(psi, e, along, turning):
     # v_b = 0.3 m/s, omega_b = 0.4 rad/s, l = 0.8 m, d = 0.2 m.
-    found = carried_rates((0.8, psi, 0.1), 0.3, 0.4, 0.2)
+    found = carried_rates((0.8, psi, 0.1), 0.3, 0.4, (0.2, e, 0.5))
     np.testing.assert_allclose(found, (along, turning), rtol=0, atol=ROUNDING)
 
 
 def test_a_base_at_rest_leaves_the_whole_command_to_the_arm():
     command = (0.1, -0.2, 0.3)
-    assert exact_rest(command, (0.7, 1.1, 0.2), (0.0, 0.0), 0.15) == command
+    assert exact_rest(command, (0.7, 1.1, 0.2), (0.0, 0.0), P_BS) == command
 
 
 @given(psi=ANGLE, l=st.floats(0.0, 0.1), v_b=SPEED, omega_b=SPEED)
 def test_near_the_shoulders_axis_the_rest_stays_bounded(psi, l, v_b, omega_b):
-    ahead = 0.15
-    rest = exact_rest((0.0, 0.0, 0.0), (l, psi, 0.0), (v_b, omega_b), ahead)
-    fastest = abs(v_b) + abs(omega_b) * (l + ahead)
+    rest = exact_rest((0.0, 0.0, 0.0), (l, psi, 0.0), (v_b, omega_b), P_BS)
+    fastest = abs(v_b) + abs(omega_b) * (l + math.hypot(*P_BS[:2]))
     assert abs(rest[0]) <= fastest + ROUNDING
     assert abs(rest[1]) <= fastest / LEAST_REACH + ROUNDING
     assert all(map(math.isfinite, rest))
@@ -130,7 +153,7 @@ def test_near_the_shoulders_axis_the_rest_stays_bounded(psi, l, v_b, omega_b):
 def test_rest_does_not_jump_where_its_bound_sets_in(psi, v_b, omega_b):
     step = 1e-9
     inside, outside = (
-        exact_rest((0.0, 0.0, 0.0), (LEAST_REACH + d, psi, 0.0), (v_b, omega_b), 0.15)
+        exact_rest((0.0, 0.0, 0.0), (LEAST_REACH + d, psi, 0.0), (v_b, omega_b), P_BS)
         for d in (-step, step)
     )
     steepest = 2 / LEAST_REACH**2  # Of 1/l, times speeds of up to 2 m/s.
@@ -142,7 +165,7 @@ GIVEN = np.array([0.2, -0.3, 0.1, 0.7, 0.4, -0.2, 0.25, 0.5])
 
 
 def rest_of(x):
-    return np.array(exact_rest(x[:3], x[3:6], x[6:], 0.15))
+    return np.array(exact_rest(x[:3], x[3:6], x[6:], P_BS))
 
 
 def test_gradient_is_that_of_finite_differences():

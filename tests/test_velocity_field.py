@@ -59,7 +59,7 @@ def at(distance, phi, height=0.0):
 
 def paper(p, k, reach):
     """Eqs. 1-6 with the erratum of eq. 3, written down once more, another way."""
-    from_c = np.subtract(p, [reach.ahead, 0, reach.l_0])
+    from_c = np.subtract(p, [reach.ahead, reach.aside, reach.l_0])
     d_f = reach.r_f - np.linalg.norm(from_c)
     d_r = np.linalg.norm(from_c[:2] if p[2] <= reach.l_0 else from_c) - k.b_d
     v = np.select(
@@ -74,9 +74,9 @@ def paper(p, k, reach):
 
 
 @every_field
-@pytest.mark.parametrize("ahead", [0.0, 0.15])
-def test_field_is_that_of_the_equations(params, ahead):
-    reach = dc.replace(REACH, ahead=ahead)
+@pytest.mark.parametrize(("ahead", "aside"), [(0.0, 0.0), (0.15, 0.0), (0.1, -0.2)])
+def test_field_is_that_of_the_equations(params, ahead, aside):
+    reach = dc.replace(REACH, ahead=ahead, aside=aside)
     points = np.random.default_rng(3).uniform([-1, -1, 0], [1, 1, 1.6], (200, 3))
     for p in points:
         expected = paper(p, params, reach)
@@ -265,11 +265,12 @@ def test_projected_field_brings_any_hand_to_rest_in_the_passive_zone(params, hei
         assert np.abs(sent).max() < AT_REST
 
 
-def test_projected_field_comes_to_rest_with_the_shoulder_ahead_of_the_axis():
-    reach = dc.replace(REACH, ahead=0.2)
+@pytest.mark.parametrize(("ahead", "aside"), [(0.2, 0.0), (0.1, 0.15), (0.0, -0.2)])
+def test_projected_field_comes_to_rest_with_the_shoulder_off_the_axis(ahead, aside):
+    reach = dc.replace(REACH, ahead=ahead, aside=aside)
     for x, y in itertools.product((-0.45, 0.0, 0.1, 0.2, 0.6), (-0.3, 0.0, 0.1)):
         seen, sent = followed((x, y, 0.8), VelocityField(), 15, Smoother(), reach)
-        distance = math.hypot(seen[-1][0] - 0.2, seen[-1][1])
+        distance = math.hypot(seen[-1][0] - ahead, seen[-1][1] - aside)
         assert 0.4 - 1e-4 < distance < 0.55 + 1e-4  # Turning shifts it, as omega dies.
         assert np.abs(sent).max() < AT_REST
 

@@ -6,6 +6,7 @@ Damping after Nakamura & Hanafusa (1986), the null space after Liegeois (1977).
 """
 
 import dataclasses as dc
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -32,6 +33,9 @@ _TINY = 1e-14
 
 _REACHED = 1e-9
 """How far from where it is told to be the hand counts as there [m] and [rad]."""
+
+_AT_BACK = 1e-9
+"""How far past the back a posture still counts as at pi, not at -pi [rad]."""
 
 _STEPS = 200
 """Most that `inverse` takes; in reach, it takes about ten."""
@@ -103,10 +107,13 @@ def _scaled(J: Any, damping: Damping) -> tuple[Any, Any]:
 class JacobianArm:
     """An arm of six joints or more, for float and AutoDiffXd: an `ArmKinematics`.
 
-    S is where the model has the first joint, which turns about B's z axis. psi is told
-    from that joint on, so that it has no jump where the arm points backwards. The hand
-    is level where it is turned to its reach as at the posture. The posture turns with
-    the reach, so that the arm moves alike in all directions.
+    S is where the model has the first joint, which turns about B's z axis. psi is that
+    joint's angle, the posture's bearing from its zero, and how far beyond this the hand
+    is. So it has no jump where the arm points backwards or is mounted backwards, but
+    where the first joint has the posture right across from the hand.
+
+    The hand is level where it is turned to its reach as at the posture. The posture
+    turns with the reach, so that the arm moves alike in all directions.
 
     The model is asked in a context of its own that each call overwrites: one object is
     not for two threads.
@@ -127,8 +134,8 @@ class JacobianArm:
             posture: joint angles (n,) to stay near, the hand level [rad].
             damping: that for a Franka arm unless given.
             p_BT: tells where T is in closed form, where the arm has one.
-            p_SE: tells where E is in closed form, from S in axes turned by the first
-                joint, where the arm has one.
+            p_SE: tells where E is in closed form, from S in any axes that turn with
+                the first joint about B's z axis, where the arm has one.
 
         Raises:
             ParameterError: where `damping` is not valid.
@@ -150,7 +157,15 @@ class JacobianArm:
             raise ValueError("the arm's first joint does not turn about B's z axis")
         self.p_BS = tuple(model.p_BS().tolist())
         X_BE = model.X_BE()
-        self._bearing = self._hand(X_BE, self.posture)[1]
+        x, y, _ = X_BE.translation() - self.p_BS
+        # Of the posture, from the first joint's zero.
+        self._bearing = _wrapped(atan2(y, x) - self.posture[0])
+        if self._bearing < _AT_BACK - math.pi:
+            self._bearing += 2 * math.pi
+        self._p_SE_bearing = 0.0
+        if p_SE:
+            x, y, _ = p_SE(self.posture)
+            self._p_SE_bearing = atan2(y, x)
         turned_back = _turned(-self.posture[0] - self._bearing)
         self._R_level = turned_back @ X_BE.rotation().matrix()
 
@@ -158,9 +173,10 @@ class JacobianArm:
         """Returns l, psi, z of the tool."""
         if self._p_SE:
             x, y, z = self._p_SE(q)
-            return sqrt(x * x + y * y), q[0] + atan2(y, x), z
-        l, bearing, z = self._hand(self._at(q).X_BE(), q)
-        return l, q[0] + bearing, z
+            l, beyond = _polar(x, y, self._p_SE_bearing)
+        else:
+            l, beyond, z = self._hand(self._at(q).X_BE(), q)
+        return l, q[0] + self._bearing + beyond, z
 
     def yaw(self, q: Any) -> Scalar:
         """Returns the hand's yaw in B, psi where it is turned to its reach [rad].
@@ -188,7 +204,7 @@ class JacobianArm:
         The hand turns with its reach.
         """
         model = self._at(q)
-        psi = q[0] + self._hand(model.X_BE(), q)[1]
+        psi = q[0] + self._bearing + self._hand(model.X_BE(), q)[1]
         J_plus = pseudo_inverse(model.J_V_BE(), self.damping)
         return [_hand_rates(psi, J_plus, each) for each in workspace_rates]
 
@@ -252,14 +268,14 @@ class JacobianArm:
         """Returns what rates are made of at `q`."""
         model = self._at(q)
         X_BE, J = model.X_BE(), model.J_V_BE()
-        bearing = self._hand(X_BE, q)[1]
+        beyond = self._hand(X_BE, q)[1]
         J_plus, damped = damped_pseudo_inverse(J, self.damping)
         away = self.posture - q
-        away[0] = _wrapped(bearing - self._bearing)
+        away[0] = beyond
         pull = _shortened(self.damping.posture_gain * away, self.damping.posture_speed)
         return _Stance(
             R_BE=X_BE.rotation().matrix(),
-            psi=q[0] + bearing,
+            psi=q[0] + self._bearing + beyond,
             J_plus=J_plus,
             posture=pull - J_plus @ (J @ pull),
             damped=damped,
@@ -281,10 +297,12 @@ class JacobianArm:
         return model
 
     def _hand(self, X_BE: Any, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns reach of E, bearing from the first joint's zero, and height."""
+        """Returns reach of E, bearing from where the posture has it, and height.
+
+        The posture turned with the first joint, that is.
+        """
         x, y, z = (X_BE.translation() - self.p_BS).tolist()
-        c, s = cos(q[0]), sin(q[0])
-        return sqrt(x * x + y * y), atan2(c * y - s * x, c * x + s * y), z
+        return *_polar(x, y, q[0] + self._bearing), z
 
     def _nearest(self, workspace: Any) -> tuple[Any, float]:
         """Returns joint angles (n,), and the weighted error of the hand's pose [m]."""
@@ -407,6 +425,12 @@ def _turned(psi: Scalar) -> Any:
     """Returns the matrix (3, 3) of a rotation by `psi` about z."""
     c, s = cos(psi), sin(psi)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _polar(x: Scalar, y: Scalar, zero: Scalar) -> tuple[Scalar, Scalar]:
+    """Returns the length of a vector, and its angle from `zero` [rad]."""
+    c, s = cos(zero), sin(zero)
+    return sqrt(x * x + y * y), atan2(c * y - s * x, c * x + s * y)
 
 
 def _wrapped(angle: Scalar) -> Scalar:

@@ -3,11 +3,20 @@
 from typing import Any
 
 import numpy as np
+from pydrake.math import atan2, cos, sin
 from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
 from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.parameters import checked_period
+from drake_mobman.scalars import Scalar
+
+
+def unwrapped(angle: Scalar, last: Scalar) -> Scalar:
+    """Returns `angle` [rad], less as many turns as are between it and `last`."""
+    step = angle - last
+    return last + atan2(sin(step), cos(step))
 
 
 @TemplateSystem.define("WorkspaceSensor_")
@@ -15,7 +24,7 @@ def WorkspaceSensor_(T: Any) -> Any:
     """Returns the block for scalars of type `T`."""
 
     class Impl(LeafSystem_[T]):
-        """Tells where end effector and wrist centre are, from the joints alone.
+        """Tells where end effector and wrist centre are, from the joints.
 
         .. pydrake_system::
 
@@ -26,29 +35,55 @@ def WorkspaceSensor_(T: Any) -> Any:
             - workspace
             - p_BT
 
-        Built as `WorkspaceSensor(arm)` from the arm's kinematics.
+        Built as `WorkspaceSensor(arm)` from the arm's kinematics. One that is pulled
+        gets where no hand steers it, over its own back, and there the joints alone
+        tell psi a turn off. `WorkspaceSensor(arm, psi, period)`, with psi at the start
+        [rad] and the control period [s], tells it on from its state, the psi last told.
+        Raises `ParameterError` where the period is none.
         """
 
-        def _construct(self, arm: ArmKinematics, converter: Any = None) -> None:
+        def _construct(
+            self,
+            arm: ArmKinematics,
+            psi: float | None = None,
+            period: float | None = None,
+            converter: Any = None,
+        ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
-            self.arm = arm
+            self.arm, self.psi, self.period = arm, psi, period
             self.position = self.DeclareVectorInputPort(
                 signals.ARM_POSITION, arm.joints
             )
             needs = {self.all_input_ports_ticket()}
-            self.DeclareVectorOutputPort(
-                signals.WORKSPACE, 3, self._calc_workspace, prerequisites_of_calc=needs
+            self.workspace = self.DeclareVectorOutputPort(
+                signals.WORKSPACE,
+                3,
+                self._calc_workspace,
+                prerequisites_of_calc=needs | {self.xd_ticket()},
             )
             self.DeclareVectorOutputPort(
                 signals.P_BT, 3, self._calc_p_BT, prerequisites_of_calc=needs
             )
+            if period is not None:
+                self.DeclareDiscreteState(np.array([T(psi)]))
+                self.DeclarePeriodicDiscreteUpdateEvent(
+                    checked_period(period), 0.0, self._keep_psi
+                )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.arm, converter=converter)
+            Impl._construct(
+                self, other.arm, other.psi, other.period, converter=converter
+            )
 
         def _calc_workspace(self, context: Any, output: Any) -> None:
             q = self.position.Eval(context).tolist()
-            output.SetFromVector(np.array(self.arm.workspace(q)))
+            l, psi, z = self.arm.workspace(q)
+            if self.period is not None:
+                psi = unwrapped(psi, context.get_discrete_state_vector().GetAtIndex(0))
+            output.SetFromVector(np.array([l, psi, z]))
+
+        def _keep_psi(self, context: Any, state: Any) -> None:
+            state.get_mutable_vector().SetAtIndex(0, self.workspace.Eval(context)[1])
 
         def _calc_p_BT(self, context: Any, output: Any) -> None:
             q = self.position.Eval(context).tolist()

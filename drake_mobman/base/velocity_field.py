@@ -42,13 +42,14 @@ class Reach:
     """The arm as the field sees it, told from the robot's model.
 
     The paper's centre c = (0, 0, l_0) stands on B's z axis. Where the shoulder stands
-    `ahead` of it, so does c; phi stays the bearing of T from B, about which the base
+    off it, so does c; phi stays the bearing of T from B, about which the base
     turns. Taken from c, it would have the base circle round a hand between the two.
     """
 
     l_0: float  # Height of the shoulder above the floor [m].
     r_f: float  # Largest distance of T from the shoulder, l_1 + l_2 [m].
     ahead: float = 0.0  # Of the shoulder from B's z axis, forward [m].
+    aside: float = 0.0  # The same to the left [m].
 
     def check(self) -> None:
         """Raises `ParameterError` unless the arm reaches anywhere."""
@@ -121,7 +122,7 @@ def signed_distances(p_BT: Any, reach: Reach, capsule: float) -> tuple[Scalar, S
         reach: of the arm.
         capsule: its radius b_d [m].
     """
-    x, y, z = p_BT[0] - reach.ahead, p_BT[1], p_BT[2] - reach.l_0
+    x, y, z = p_BT[0] - reach.ahead, p_BT[1] - reach.aside, p_BT[2] - reach.l_0
     level = x * x + y * y
     distance = sqrt(level + z * z)
     return reach.r_f - distance, where(z > 0, distance, sqrt(level)) - capsule
@@ -156,7 +157,8 @@ def field_velocity(
     """Returns v [m/s] and omega [rad/s] that the field asks for at `p_BT` (3,) [m].
 
     Projected, v is multiplied by cos(phi), so that the base neither leaves a hand that
-    is far nor closes in on one that is near, wherever it is (exact for `ahead` = 0).
+    is far nor closes in on one that is near, wherever it is (exact for a shoulder on
+    B's z axis).
     """
     phi = atan2(p_BT[1], p_BT[0])
     v = linear_velocity(*signed_distances(p_BT, reach, params.b_d), params)

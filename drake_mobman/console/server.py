@@ -59,7 +59,7 @@ class Server:
         self._viewer = Viewer(session)
         app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         self._session = session
-        self._shoulder = session.scenario.robot.arm().p_BS[0]
+        self._p_BS = session.scenario.robot.arm().p_BS
         app.add_api_websocket_route("/drive", self._drive)
         app.add_api_route("/view/{path:path}", self._view)
         app.add_api_websocket_route("/view/", self._stream_view)
@@ -139,7 +139,7 @@ class Server:
         """Tells a page how things are; one that does not listen holds up nobody."""
         with suppress(*_GONE):
             while True:
-                said = state(self._session.snapshot(), self._shoulder)
+                said = state(self._session.snapshot(), self._p_BS)
                 said |= {
                     "role": self.desk.role(page),
                     "pages": len(self.desk.pages),

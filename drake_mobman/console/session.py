@@ -103,12 +103,14 @@ class LiveSession:
         # Indices of the bodies that an operator may drag, by name.
         pulled = isinstance(self.scenario, Guided)
         robot = self.scenario.robot
-        self.draggable = RobotModel(robot).arm_bodies if pulled else {}
+        self._model = RobotModel(robot)
+        self.draggable = self._model.arm_bodies if pulled else {}
         self._diagram = make_diagram(self.scenario)
         self._inbox = Inbox(late=self.scenario.gate.fresh)
         self._who = "nobody"
         self._snapshot = Snapshot(choice=self.choices[0])
         self._hand_error = 0.0
+        self._recent: Log = {}  # The last two samples that were logged.
         # What other threads want; the loop looks at each tick.
         self._closing = threading.Event()
         self._restart = threading.Event()
@@ -219,6 +221,7 @@ class LiveSession:
         said = self._diagram.GetInputPort(signals.OPERATOR_INPUT)
         pace = _Pace(self.scenario.period)
         drained = shown = -math.inf
+        self._recent = {}
         died = ""
         try:
             simulator.Initialize()
@@ -296,7 +299,11 @@ class LiveSession:
         log = drained_log(self._diagram, context)
         if not len(log["time"]):
             return
-        self._hand_error = hand_error(self.scenario, log)
+        self._recent = {
+            name: np.concatenate([self._recent.get(name, x[:0]), x])[-2:]
+            for name, x in log.items()
+        }
+        self._hand_error = hand_error(self.scenario, self._model, self._recent)
         if self._recorder is None:
             return
         try:
@@ -350,19 +357,24 @@ class LiveSession:
         return "; ".join(filter(None, [self._problem, *self._failed]))
 
 
-def hand_error(scenario: AnyScenario, log: Log) -> float:
+def hand_error(scenario: AnyScenario, model: RobotModel, log: Log) -> float:
     """Returns how far the hand is from its command, at a log's last sample.
 
     As in the metrics: its velocity in the plane [m/s]; where a hand pulls, the distance
     of the tool from the hand [m], and not a number where that drags something else.
+
+    Args:
+        scenario: of the session.
+        model: of its robot.
+        log: of two samples, as with masses the command of the one before counts; of
+            one, at the start alone.
     """
-    last = {name: x[-1:] for name, x in log.items()}
     if signals.HAND_POSITION in log:
-        if last[signals.DRAG].any():
+        if log[signals.DRAG][-1].any():
             return math.nan
-        gap = last[signals.HAND_POSITION] - last[signals.TOOL_POSITION]
+        gap = log[signals.HAND_POSITION][-1] - log[signals.TOOL_POSITION][-1]
     else:
-        gap = hand_motion(Run(scenario, last, 0.0, np.zeros(0))).error
+        gap = hand_motion(Run(scenario, log, 0.0, np.zeros(0)), model).error[-1]
     return float(np.linalg.norm(gap))
 
 

@@ -5,14 +5,15 @@ from typing import Any
 
 from drake_mobman import signals
 from drake_mobman.console.session import Snapshot
+from drake_mobman.decomposers.rest import carried_rates
 
 
-def state(snapshot: Snapshot, shoulder: float) -> dict[str, Any]:
+def state(snapshot: Snapshot, p_BS: Any) -> dict[str, Any]:
     """Returns a snapshot in the numbers that a page shows; what is not finite is None.
 
     Args:
         snapshot: of a session.
-        shoulder: d of p_BS = (d, 0, l_0) [m].
+        p_BS: shoulder in B (3,) [m].
     """
     said: dict[str, Any] = {
         "time": snapshot.time,
@@ -25,20 +26,19 @@ def state(snapshot: Snapshot, shoulder: float) -> dict[str, Any]:
         "error": snapshot.hand_error,
     }
     if signals.WORKSPACE in snapshot.signals:
-        said |= _motion(snapshot, shoulder)
+        said |= _motion(snapshot, p_BS)
     return {name: _shown(value) for name, value in said.items()}
 
 
-def _motion(snapshot: Snapshot, shoulder: float) -> dict[str, float]:
+def _motion(snapshot: Snapshot, p_BS: Any) -> dict[str, float]:
     """Returns where the hand is, and what base and arm make of its speed.
 
-    Along the reach, l_dot = v_c - v_b cos(psi) - omega_b d sin(psi): the base carries
-    the hand by the last two terms, and the arm moves it by l_dot.
+    That is along the reach: the base carries the hand, and the arm moves it by l_dot.
     """
     get = snapshot.signals
     l, psi, z = get[signals.WORKSPACE]
     v_b, omega_b = get[signals.BASE_SENT]
-    base = v_b * math.cos(psi) + omega_b * shoulder * math.sin(psi)
+    base, _ = carried_rates((l, psi, z), v_b, omega_b, p_BS)
     if signals.ARM_COMMAND in get:
         arm = get[signals.ARM_COMMAND][0]
     else:

@@ -173,7 +173,7 @@ class DiffIkDecomposer(SolvedDecomposer):
         model = RobotModel(robot)
         limits, arm = model.limits, robot.arm()
         largest = np.array([params.max_speed, params.max_yaw_rate, *limits.velocity])
-        super().__init__(arm.joints, arm.p_BS[0], largest, params.stop_time, period)
+        super().__init__(arm.joints, arm.p_BS, largest, params.stop_time, period)
         self.params, self.limits = params, limits
         self.accelerations = np.array(
             [

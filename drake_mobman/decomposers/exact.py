@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.math import cos, sin
+from pydrake.math import cos
 from pydrake.systems.framework import LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
@@ -64,7 +64,7 @@ class Exact:
 
 
 def exact_base(
-    command: Any, workspace: Any, params: Exact, limits: Workspace, ahead: float
+    command: Any, workspace: Any, params: Exact, limits: Workspace, p_BS: Any
 ) -> tuple[Scalar, Scalar]:
     """Returns v_b [m/s] and omega_b [rad/s] that the whole command asks of the base.
 
@@ -79,7 +79,7 @@ def exact_base(
         workspace: l [m], psi [rad], z [m].
         params: of the law.
         limits: of the workspace.
-        ahead: of the shoulder from the base's centre, d [m].
+        p_BS: shoulder in B (3,) [m].
     """
     v_c, omega_c, _ = command
     l, psi, _ = workspace
@@ -88,7 +88,7 @@ def exact_base(
     speed = abs(v_c) + l * abs(omega_c)
     turning = smaller(speed / params.turning_speed, 1.0)
     omega_b = nu * omega_c + turning * yaw_rate(psi, params)
-    left = v_c - omega_b * ahead * sin(psi)
+    left = v_c - carried_rates(workspace, 0.0, omega_b, p_BS)[0]
     mu = share(left, l, limits.l_min, limits.l_max, params.alpha)
     c = cos(psi)
     aside = larger(abs(c), _TINY)
@@ -122,9 +122,9 @@ def exact_course(
         limits: of the workspace.
         limiter: of base and joints.
     """
-    ahead = limiter.arm.p_BS[0]
-    v_b, omega_b = exact_base(command, workspace, params, limits, ahead)
-    rest = exact_rest(command, workspace, (v_b, omega_b), ahead)
+    p_BS = limiter.arm.p_BS
+    v_b, omega_b = exact_base(command, workspace, params, limits, p_BS)
+    rest = exact_rest(command, workspace, (v_b, omega_b), p_BS)
     factors = limiter.followed(q, rest, v_b, omega_b)
     share = least(factors)
     return Course((share * v_b, share * omega_b), factors, share)
@@ -148,7 +148,7 @@ def exact_arm(
         present = limiter.at_present(q, workspace, command, sent)
         factors, share = both(factors, present), smaller(share, least(present))
     slowed = [share * c for c in command]
-    rest = exact_rest(slowed, workspace, sent, limiter.arm.p_BS[0])
+    rest = exact_rest(slowed, workspace, sent, limiter.arm.p_BS)
     at_axis = where(workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
     return rest, status(factors) + at_axis
 
@@ -264,10 +264,8 @@ def ExactDecomposer_(T: Any) -> Any:
         def _calc_share(self, context: Any, output: Any) -> None:
             v_b, omega_b = self.course.Eval(context).base
             workspace = self.workspace.Eval(context)
-            ahead = self.limiter.arm.p_BS[0]
-            output.SetFromVector(
-                np.array(carried_rates(workspace, v_b, omega_b, ahead))
-            )
+            p_BS = self.limiter.arm.p_BS
+            output.SetFromVector(np.array(carried_rates(workspace, v_b, omega_b, p_BS)))
 
         def _calc_arm(self, context: Any, output: Any) -> None:
             output.SetFromVector(np.array(self.present.Eval(context)[0]))

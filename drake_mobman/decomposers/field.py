@@ -76,17 +76,15 @@ def FieldDecomposer_(T: Any) -> Any:
         def _calc_share(self, context: Any, output: Any) -> None:
             v_b, omega_b = self.base_command.Eval(context)
             workspace = self.workspace.Eval(context)
-            ahead = self.arm.p_BS[0]
-            output.SetFromVector(
-                np.array(carried_rates(workspace, v_b, omega_b, ahead))
-            )
+            p_BS = self.arm.p_BS
+            output.SetFromVector(np.array(carried_rates(workspace, v_b, omega_b, p_BS)))
 
         def _calc_arm(self, context: Any, output: Any) -> None:
             rest = exact_rest(
                 self.command.Eval(context),
                 self.workspace.Eval(context),
                 self.base_sent.Eval(context),
-                self.arm.p_BS[0],
+                self.arm.p_BS,
             )
             output.SetFromVector(np.array(rest))
 

@@ -127,7 +127,7 @@ class Limiter:
             command: `ee_command`.
             sent: `base_sent`.
         """
-        along, turning = carried_rates(workspace, sent[0], sent[1], self.arm.p_BS[0])
+        along, turning = carried_rates(workspace, sent[0], sent[1], self.arm.p_BS)
         carried = along, turning, 0.0
         by_rate, by_limit = [], []
         pairs = zip(*self.arm.undamped_rates(q, command, carried), strict=True)

@@ -102,18 +102,19 @@ def _(arm: SpatialArm, q: Any, workspace: Any) -> Any:
     )
 
 
-def base_jacobian(workspace: Any, ahead: float) -> Any:
+def base_jacobian(workspace: Any, p_BS: Any) -> Any:
     """Returns the hand's velocity by v_b and omega_b (3, 2), the arm at rest.
 
     Rows: along the reach, across it, up [m/s].
 
     Args:
         workspace: l [m], psi [rad], z [m].
-        ahead: of the shoulder from the base's centre, d [m].
+        p_BS: shoulder in B (3,) [m].
     """
     l, psi, _ = workspace
+    d, e, _ = p_BS
     c, s = math.cos(psi), math.sin(psi)
-    return np.array([[c, ahead * s], [-s, l + ahead * c], [0.0, 0.0]])
+    return np.array([[c, d * s - e * c], [-s, l + d * c + e * s], [0.0, 0.0]])
 
 
 class BoxQp(NamedTuple):
@@ -186,7 +187,7 @@ def decomposition_qp(
     """
     J_arm = arm_jacobian(arm, q, workspace)
     rows, m = J_arm.shape
-    J = np.hstack([base_jacobian(workspace, arm.p_BS[0])[:rows], J_arm])
+    J = np.hstack([base_jacobian(workspace, arm.p_BS)[:rows], J_arm])
     v_c, omega_c, v_z = command
     v_ref = np.array([v_c, workspace[0] * omega_c, v_z])[:rows]
     bounds = rate_bounds(q[:m], limits, params, period)
@@ -262,7 +263,7 @@ class QpDecomposer(SolvedDecomposer):
         q = np.zeros(arm.joints)
         m = arm_jacobian(arm, q, arm.workspace(q)).shape[1]
         largest = np.full(BASE_RATES + m, params.max_step / checked_period(period))
-        super().__init__(arm.joints, arm.p_BS[0], largest, params.stop_time, period)
+        super().__init__(arm.joints, arm.p_BS, largest, params.stop_time, period)
         self.params, self.arm, self.limits = params, arm, limits
         self.program = QpProgram(BASE_RATES + m, params)
 

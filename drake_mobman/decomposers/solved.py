@@ -59,17 +59,17 @@ class SolvedDecomposer(LeafSystem):
 
     Args:
         joints: of the arm, n.
-        ahead: of the shoulder from the base's centre, d [m].
+        p_BS: shoulder in B (3,) [m].
         largest: rates (k,) of base and joints [m/s] and [rad/s].
         stop_time: to bring these to rest [s].
         period: control period [s].
     """
 
     def __init__(
-        self, joints: int, ahead: float, largest: Any, stop_time: float, period: float
+        self, joints: int, p_BS: Any, largest: Any, stop_time: float, period: float
     ) -> None:
         super().__init__()
-        self.ahead, self.largest = ahead, largest
+        self.p_BS, self.largest = p_BS, largest
         self.period = checked_period(period)
         self._stop_share = period / max(stop_time, period)
         self._parts = np.cumsum([len(largest), 2])
@@ -129,7 +129,7 @@ class SolvedDecomposer(LeafSystem):
             value.set_value((factor * state, DecomposerStatus.UNSOLVED))
             return
         rates, (along, across, up) = found
-        share = carried_rates(workspace, rates[0], rates[1], self.ahead)
+        share = carried_rates(workspace, rates[0], rates[1], self.p_BS)
         turning = across / max(workspace[0], LEAST_REACH)
         put_out = np.concatenate([rates, share, (along, turning, up)])
         value.set_value((put_out, DecomposerStatus.OK))

@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 import numpy as np
-from pydrake.math import cos, sin
+from pydrake.math import RollPitchYaw, cos, sin
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS
@@ -27,6 +27,9 @@ class FrankaTiago:
     """Seven joints on a base with two driven wheels, by their makers' numbers."""
 
     mount: float = 0.1  # From the base's top up to the arm's foot [m].
+    mount_ahead: float = 0.0  # Of the arm's foot from the base's centre [m].
+    mount_aside: float = 0.0  # The same to the left [m].
+    mount_yaw: float = 0.0  # Turns the arm's foot about its axis [rad].
     # How the level hand is turned: along the `reach`, or apart from it and whatever the
     # base does, in W at omega_c (`turning`) or not at all (`held`).
     orientation: str = "turning"
@@ -38,12 +41,19 @@ class FrankaTiago:
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""
-        return filled_urdf("franka_tiago", mount=self.mount)
+        return filled_urdf(
+            "franka_tiago",
+            mount=self.mount,
+            ahead=self.mount_ahead,
+            aside=self.mount_aside,
+            yaw=self.mount_yaw,
+        )
 
     def reach(self) -> Reach:
         """Returns the arm as a velocity field sees it, measured on the model."""
         arm = reduced_arm(RobotModel(self).plant)
-        return Reach(arm.l_0, arm.r_f, arm.p_BS[0])
+        d, e, l_0 = arm.p_BS
+        return Reach(l_0, arm.r_f, d, e)
 
     def arm(self) -> JacobianArm:
         """Returns the arm's kinematics, by its Jacobian; T and E in closed form."""
@@ -57,10 +67,12 @@ class ReducedArm:
     """The arm by its shoulder, elbow, wrist centre (fig. 1) and hand, in closed form.
 
     Its first three axes meet in the shoulder; the fourth goes through the elbow; the
-    next two meet in the wrist centre, and the hand is on the last.
+    next two meet in the wrist centre, and the hand is on the last. At zero, all of it
+    is in the plane through the first axis that its foot faces along.
     """
 
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
+    yaw: float  # Of the arm's foot in B [rad].
     elbow: tuple[float, float]  # Ahead of and above the shoulder, arm at zero [m].
     wrist: tuple[float, float]  # T ahead of and above the elbow, arm at zero [m].
     hand: tuple[float, float]  # E ahead of and above T, arm at zero [m].
@@ -88,15 +100,15 @@ class ReducedArm:
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the position of T in B [m], of joint angles `q` (4 or more,) [rad].
 
-        S + R_z(q_1) R_y(q_2) R_z(q_3) (elbow + R_y(-q_4) wrist), for any scalar.
+        S + R_z(yaw + q_1) R_y(q_2) R_z(q_3) (elbow + R_y(-q_4) wrist), for any scalar.
         """
         x, y, z = self._from_elbow(q, self.wrist[0], 0.0, self.wrist[1])
-        x, y = _turned(x, y, q[0])
-        d, side, l_0 = self.p_BS
-        return d + x, side + y, l_0 + z
+        x, y = _turned(x, y, self.yaw + q[0])
+        d, e, l_0 = self.p_BS
+        return d + x, e + y, l_0 + z
 
     def p_SE(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns where E is from S in axes that turn with the first joint [m].
+        """Returns where E is from S in the first link's axes [m].
 
         As T is, but with wrist + R_z(q_5) R_y(-q_6) hand, for any scalar.
 
@@ -113,7 +125,7 @@ class ReducedArm:
     ) -> tuple[Scalar, Scalar, Scalar]:
         """Returns where from S is what the forearm has at `x`, `y`, `z` off the elbow.
 
-        In axes that turn with the first joint.
+        In the first link's axes.
         """
         x, z = _turned(x, z, q[3])
         x, y = _turned(self.elbow[0] + x, y, q[2])
@@ -131,17 +143,18 @@ def reduced_arm(plant: Any) -> ReducedArm:
     """Returns the reduced arm, measured on a finished plant of this robot at zero."""
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(plant.num_positions()))
-    p_BS, p_BL, p_BT, p_BE = (
-        plant.GetFrameByName(link)
-        .CalcPose(context, plant.GetFrameByName("base"))
-        .translation()
-        for link in ("link2", "link4", "tee", "tool")
+    base = plant.GetFrameByName("base")
+    X_BF, X_BS, X_BL, X_BT, X_BE = (
+        plant.GetFrameByName(link).CalcPose(context, base)
+        for link in ("link0", "link2", "link4", "tee", "tool")
     )
+    R_FB = X_BF.rotation().inverse()
     elbow, wrist, hand = (
-        tuple((to - by)[[0, 2]].tolist())
-        for by, to in ((p_BS, p_BL), (p_BL, p_BT), (p_BT, p_BE))
+        tuple((R_FB @ (to.translation() - by.translation()))[[0, 2]].tolist())
+        for by, to in ((X_BS, X_BL), (X_BL, X_BT), (X_BT, X_BE))
     )
-    return ReducedArm(tuple(p_BS.tolist()), elbow, wrist, hand)
+    p_BS, yaw = X_BS.translation(), RollPitchYaw(X_BF.rotation()).yaw_angle()
+    return ReducedArm(tuple(p_BS.tolist()), yaw, elbow, wrist, hand)
 
 
 @dc.dataclass(frozen=True)

@@ -51,22 +51,31 @@ def drawn_plant(robot: Robot) -> tuple[Any, Any]:
     return plant, scene_graph
 
 
+def moving_joints(plant: Any) -> list[Any]:
+    """Returns a finished plant's joints that move, in the order of its positions.
+
+    Drake numbers joints as the URDF declares them, and positions from the base on.
+    """
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    moving = [joint for joint in joints if joint.num_positions()]
+    return sorted(moving, key=lambda joint: joint.position_start())
+
+
 class RobotModel:
     """A robot as a finished `MultibodyPlant` that is asked, not stepped.
 
     Attributes:
         plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
-        arm_joints: names of the arm's joints.
+        arm_joints: names of the arm's joints, in the order of their positions.
         arm_bodies: indices in the plant of the bodies that these move, by name.
-        limits: of these, from the URDF.
+        limits: of the arm's joints, from the URDF.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.plant = MultibodyPlant(0.0)
         Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
         self.plant.Finalize()
-        joints = map(self.plant.get_joint, self.plant.GetJointIndices())
-        arm = [joint for joint in joints if joint.num_positions()][BASE_JOINTS:]
+        arm = moving_joints(self.plant)[BASE_JOINTS:]
         self.arm_joints = [joint.name() for joint in arm]
         moved = self.plant.GetBodiesKinematicallyAffectedBy([x.index() for x in arm])
         self.arm_bodies = {self.plant.get_body(i).name(): int(i) for i in moved}

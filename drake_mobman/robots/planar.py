@@ -15,6 +15,7 @@ class Planar:
     upper_link: float = 1.0  # From shoulder to elbow [m].
     lower_link: float = 1.0  # From elbow to tip [m].
     shoulder_ahead: float = 0.0  # Shoulder ahead of the base's centre, d [m].
+    shoulder_aside: float = 0.0  # Shoulder left of it, e [m].
     shoulder_height: float = 0.5  # Shoulder above the floor, l_0 [m].
 
     def check(self) -> None:
@@ -29,15 +30,20 @@ class Planar:
             upper=self.upper_link,
             lower=self.lower_link,
             ahead=self.shoulder_ahead,
+            aside=self.shoulder_aside,
             height=self.shoulder_height,
         )
 
     def reach(self) -> Reach:
         """Returns the arm as a velocity field sees it."""
         r_f = self.upper_link + self.lower_link
-        return Reach(self.shoulder_height, r_f, self.shoulder_ahead)
+        d, e, l_0 = self._p_BS
+        return Reach(l_0, r_f, d, e)
 
     def arm(self) -> PlanarArm:
         """Returns the arm's kinematics in closed form."""
-        p_BS = (self.shoulder_ahead, 0.0, self.shoulder_height)
-        return PlanarArm(self.upper_link, self.lower_link, p_BS)
+        return PlanarArm(self.upper_link, self.lower_link, self._p_BS)
+
+    @property
+    def _p_BS(self) -> tuple[float, float, float]:
+        return self.shoulder_ahead, self.shoulder_aside, self.shoulder_height

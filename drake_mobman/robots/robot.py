@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_mobman import signals
 from drake_mobman.arm.workspace_sensor import WorkspaceSensor
 from drake_mobman.robots.kinematic import Kinematic, KinematicRobot
-from drake_mobman.robots.model import Robot
+from drake_mobman.robots.model import BASE_JOINTS, Robot
 from drake_mobman.robots.servo import Servo, make_servo_robot
 
 
@@ -46,7 +46,9 @@ def make_robot(
         as_wanted: makes of a block what goes into the diagram, as `compiled` does.
     """
     if isinstance(fidelity, Servo):
-        sensor = as_wanted(WorkspaceSensor(robot.arm()))
+        arm = robot.arm()
+        at_start = (arm.workspace(start[BASE_JOINTS:])[1], period) if free_arm else ()
+        sensor = as_wanted(WorkspaceSensor(arm, *at_start))
         return make_servo_robot(
             robot, fidelity, start, period, sensor=sensor, free_arm=free_arm
         )

@@ -61,6 +61,7 @@ class ServoRobot:
     Attributes:
         plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
         instance: of the robot in the plant.
+        driven: which position each of its actuators drives, in their order.
     """
 
     def __init__(self, robot: Robot, servo: Servo, *, free_arm: bool) -> None:
@@ -82,6 +83,10 @@ class ServoRobot:
             actuator.set_controller_gains(PdControllerGains(p=0.0, d=gain))
         self.plant.set_gravity_enabled(self.instance, False)
         self.plant.Finalize()
+        actuators = map(
+            self.plant.get_joint_actuator, self.plant.GetJointActuatorIndices()
+        )
+        self.driven = [each.joint().position_start() for each in actuators]
 
 
 def make_servo_robot(
@@ -148,9 +153,8 @@ def make_servo_robot(
         builder.ExportInput(hold.get_input_port(), name)
         held.append(hold.get_output_port())
 
-    desired = _joined(
-        builder, [pose, *held], _desired_state(start, servo.step, free_arm)
-    )
+    wanted = _desired_state(start, servo.step, free_arm, body.driven)
+    desired = _joined(builder, [pose, *held], wanted)
     builder.Connect(desired, plant.get_desired_state_input_port(body.instance))
 
     forces = plant.get_applied_spatial_force_input_port()
@@ -172,10 +176,11 @@ def make_servo_robot(
 
 
 def _desired_state(
-    start: list[float], step: float, free_arm: bool
+    start: list[float], step: float, free_arm: bool, driven: list[int]
 ) -> SymbolicVectorSystem:
     """Returns what the servos are told, from the base's pose and the commands held.
 
+    Positions, then velocities, each in the order of the actuators.
     The base is told to roll along the heading that it will have at the step's end,
     where an implicit servo makes its velocity: so it does not slide while it turns.
     It is asked at each step of the plant, and so is compiled. Positions count only for
@@ -186,7 +191,8 @@ def _desired_state(
     _, _, theta, v, omega, *rates = told
     base = unicycle_rates(theta + step * omega, v, omega)
     velocities = [*base, *(rates or [0.0] * n)]
-    return SymbolicVectorSystem(input=told, output=[*start, *velocities])
+    desired = [each[i] for each in (start, velocities) for i in driven]
+    return SymbolicVectorSystem(input=told, output=desired)
 
 
 def _base_velocity(n: int) -> SymbolicVectorSystem:

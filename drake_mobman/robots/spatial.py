@@ -22,6 +22,7 @@ class Spatial:
     lower_link: float = 1.0  # From elbow to the wrist's centre [m].
     hand: float = 0.12  # From the wrist's centre to the tool [m].
     shoulder_ahead: float = 0.15  # Shoulder ahead of the base's centre, d [m].
+    shoulder_aside: float = 0.0  # Shoulder left of it, e [m].
     shoulder_height: float = 0.7  # Shoulder above the floor, l_0 [m].
     # How the level hand is turned: along the `reach`, or apart from it and whatever the
     # base does, in W at omega_c (`turning`) or not at all (`held`).
@@ -41,13 +42,15 @@ class Spatial:
             lower=self.lower_link,
             hand=self.hand,
             ahead=self.shoulder_ahead,
+            aside=self.shoulder_aside,
             height=self.shoulder_height,
         )
 
     def reach(self) -> Reach:
         """Returns the arm as a velocity field sees it."""
         r_f = self.upper_link + self.lower_link
-        return Reach(self.shoulder_height, r_f, self.shoulder_ahead)
+        d, e, l_0 = self._p_BS
+        return Reach(l_0, r_f, d, e)
 
     def arm(self) -> SpatialArm | JacobianArm:
         """Returns the arm's kinematics.
@@ -55,8 +58,11 @@ class Spatial:
         In closed form for a hand along its reach; else by its Jacobian, T in closed
         form all the same.
         """
-        p_BS = (self.shoulder_ahead, 0.0, self.shoulder_height)
-        arm = SpatialArm(self.upper_link, self.lower_link, self.hand, p_BS)
+        arm = SpatialArm(self.upper_link, self.lower_link, self.hand, self._p_BS)
         if self.orientation == "reach":
             return arm
         return JacobianArm(RobotModel(self).plant, POSTURE, p_BT=arm.p_BT)
+
+    @property
+    def _p_BS(self) -> tuple[float, float, float]:
+        return self.shoulder_ahead, self.shoulder_aside, self.shoulder_height

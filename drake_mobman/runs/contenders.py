@@ -289,7 +289,7 @@ def _by_field(block: Any) -> Callable[..., Any]:
 
     def law(command: Any, workspace: Any, q: Any, sent: Any) -> Any:
         base = field_velocity(arm.p_BT(q), params, reach)
-        return *base, *exact_rest(command, workspace, sent, arm.p_BS[0])
+        return *base, *exact_rest(command, workspace, sent, arm.p_BS)
 
     return law
 
@@ -306,11 +306,11 @@ def _exact(block: Any) -> Callable[..., Any]:
 
 
 def _without_limits(block: Any) -> Callable[..., Any]:
-    params, limits, ahead = block.params, block.limits, block.limiter.arm.p_BS[0]
+    params, limits, p_BS = block.params, block.limits, block.limiter.arm.p_BS
 
     def law(command: Any, workspace: Any, _q: Any, sent: Any) -> Any:
-        base = exact_base(command, workspace, params, limits, ahead)
-        return *base, *exact_rest(command, workspace, sent, ahead)
+        base = exact_base(command, workspace, params, limits, p_BS)
+        return *base, *exact_rest(command, workspace, sent, p_BS)
 
     return law
 

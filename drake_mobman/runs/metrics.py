@@ -10,7 +10,7 @@ from drake_mobman import __version__, signals
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import Log
-from drake_mobman.runs.motion import hand_motion, holding, manipulability
+from drake_mobman.runs.motion import HandMotion, hand_motion, holding, manipulability
 from drake_mobman.runs.simulate import Run
 
 
@@ -53,7 +53,7 @@ def _commanded(run: Run) -> dict[str, Any]:
         "ee_error_rms": _rms(error),
         "ee_error_max": _largest(error),
         "ee_drift_max": _largest(motion.drift(run.scenario.period)),
-        "workspace_excess_max": workspace_excess(log, run.scenario.workspace),
+        "workspace_excess_max": workspace_excess(motion, run.scenario.workspace),
         "authority_flips": {
             "linear": authority_flips(log, 0),
             "angular": authority_flips(log, 1),
@@ -82,9 +82,9 @@ def joint_margin(run: Run) -> float:
     return float(min(np.min(q - limits.lower), np.min(limits.upper - q)))
 
 
-def workspace_excess(log: Log, limits: Workspace) -> dict[str, float]:
+def workspace_excess(motion: HandMotion, limits: Workspace) -> dict[str, float]:
     """Returns how far l [m] and psi [rad] went past their limits."""
-    l, psi = log[signals.WORKSPACE][:, 0], log[signals.WORKSPACE][:, 1]
+    l, psi = motion.reach, motion.psi
     return {
         "l": float(max(0.0, np.max(l) - limits.l_max, limits.l_min - np.min(l))),
         "psi": float(

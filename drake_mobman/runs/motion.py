@@ -1,4 +1,8 @@
-"""What the hand and the base truly did, worked out from a log."""
+"""What the hand and the base truly did, worked out from a log.
+
+By forward kinematics of the robot's `MultibodyPlant`, and by nothing that a decomposer
+or a sensor goes by.
+"""
 
 import dataclasses as dc
 from typing import cast
@@ -7,13 +11,15 @@ import numpy as np
 
 from drake_mobman import signals
 from drake_mobman.guidance.guiding_hand import holds
+from drake_mobman.robots.hand import HandStates, hand_states
 from drake_mobman.robots.kinematic import Kinematic
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robots.model import BASE_JOINTS, RobotModel
+from drake_mobman.runs.log import Log
 from drake_mobman.runs.scenario import Guided
 from drake_mobman.runs.simulate import Run
 
-_INSTANT = 1e-5
-"""Half a difference's step [s]: its error is some 1e-10 m/s, as is rounding's."""
+_ON_AXIS = 1e-6
+"""Reach below which its direction is lost in rounding [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -25,7 +31,10 @@ class HandMotion:
 
     position: np.ndarray  # x, y of E in W (N, 2) [m].
     axes: np.ndarray  # Angle of the reach in W (N,) [rad].
+    reach: np.ndarray  # l (N,) [m].
+    psi: np.ndarray  # The same angle in B, on from turn to turn (N,) [rad].
     velocity: np.ndarray  # True velocity: radial, tangential (N, 2) [m/s].
+    rise: np.ndarray  # True velocity upwards (N,) [m/s].
     commanded: np.ndarray  # Commanded from then on: v_c, l omega_c (N, 2) [m/s].
     in_force: np.ndarray  # Commanded of the velocity that is there (N, 2) [m/s].
 
@@ -64,69 +73,121 @@ def holding(run: Run) -> np.ndarray:
     return np.array([holds(time, releases) for time in ticks])
 
 
-def hand_motion(run: Run) -> HandMotion:
+def hand_motion(run: Run, model: RobotModel | None = None) -> HandMotion:
     """Returns the hand's motion in a run; not commanded, it is commanded to rest.
 
     At fidelity `Kinematic` the hand has at once the velocity that it is commanded. With
     masses, the one that it has at a tick is what the command of the tick before, held
     until then, has made of it.
+
+    Args:
+        run: whose log has a sample or more.
+        model: of its robot, where there is one already.
     """
-    log, arm = run.log, run.scenario.robot.arm()
-    l, psi = log[signals.WORKSPACE][:, 0], log[signals.WORKSPACE][:, 1]
-    x, y, theta = log[signals.BASE_POSE].T
-    forward, sideways, omega = log[signals.BASE_VELOCITY].T
-    d = arm.p_BS[0]
-    rates = workspace_rates(run)
-    c, s = np.cos(psi), np.sin(psi)
-    # The shoulder's velocity, in B's axes, carries the arm.
-    left = sideways + omega * d
-    radial = rates[:, 0] + forward * c + left * s
-    tangential = l * (rates[:, 1] + omega) - forward * s + left * c
-    axes = theta + psi
-    position = np.stack(
-        [
-            x + d * np.cos(theta) + l * np.cos(axes),
-            y + d * np.sin(theta) + l * np.sin(axes),
-        ],
-        1,
-    )
-    command = log.get(signals.EE_COMMAND, np.zeros((len(l), 3)))[:, :2]
-    held = command
-    if not isinstance(run.scenario.fidelity, Kinematic):
-        held = np.vstack([np.zeros(2), command[:-1]])
-    lever = np.stack([np.ones_like(l), l], 1)
+    log, model = run.log, model or RobotModel(run.scenario.robot)
+    kinematic = isinstance(run.scenario.fidelity, Kinematic)
+    if kinematic:
+        states, velocity = _mean_motion(model, log, run.scenario.period)
+    else:
+        states, velocity = _instant_motion(model, log)
+    reach, axes = _polar(states)
+    command = log.get(signals.EE_COMMAND, np.zeros((len(reach), 3)))[:, :2]
+    held = command if kinematic else np.vstack([np.zeros(2), command[:-1]])
+    lever = np.stack([np.ones_like(reach), reach], 1)
     return HandMotion(
-        position=position,
+        position=states.p_WE[:, :2],
         axes=axes,
-        velocity=np.stack([radial, tangential], 1),
+        reach=reach,
+        psi=_psi(axes - log[signals.BASE_POSE][:, 2], log),
+        velocity=velocity[:, :2],
+        rise=velocity[:, 2],
         commanded=lever * command,
         in_force=lever * held,
     )
 
 
-def workspace_rates(run: Run) -> np.ndarray:
-    """Returns the rates of `workspace` that the arm truly made (N, 3).
+def _instant_motion(model: RobotModel, log: Log) -> tuple[HandStates, np.ndarray]:
+    """Returns the hand's states and its velocity of the instant (N, 3) [m/s].
 
-    At fidelity `Kinematic` the joints go straight for a whole Euler step, so these are
-    mean rates over the step; else they are those of the instant.
+    Radial, tangential and up.
     """
-    log, arm = run.log, run.scenario.robot.arm()
-    q, v = log[signals.ARM_POSITION], log[signals.ARM_VELOCITY]
+    states = hand_states(model, _positions(log), _rates(log))
+    return states, _along(states.v_WE, _polar(states)[1])
 
-    def workspace_after(time: float) -> np.ndarray:
-        return np.array([arm.workspace(sample) for sample in q + time * v])
 
-    if isinstance(run.scenario.fidelity, Kinematic):
-        period = run.scenario.period
-        return (workspace_after(period) - log[signals.WORKSPACE]) / period
-    after, before = workspace_after(_INSTANT), workspace_after(-_INSTANT)
-    return (after - before) / (2 * _INSTANT)
+def _mean_motion(
+    model: RobotModel, log: Log, period: float
+) -> tuple[HandStates, np.ndarray]:
+    """Returns the same for joints that go straight for a whole Euler step.
+
+    Where they end is told, and not how they go: so what the arm makes of the velocity
+    is a mean over the step, in the coordinates that it is commanded in, with the base
+    where it finds it. What the base makes is of the instant, the arm at rest on it.
+    """
+    q, v = _positions(log), _rates(log)
+    by_arm, by_base = v.copy(), v.copy()
+    by_arm[:, :BASE_JOINTS] = by_base[:, BASE_JOINTS:] = 0.0
+    states = hand_states(model, q, by_base)
+    after = hand_states(model, q + period * by_arm)
+    reach, axes = _polar(states)
+    reach_after, axes_after = _polar(after)
+    # On the shoulder's axis it points nowhere: there it keeps its direction.
+    turn = np.where(reach_after < _ON_AXIS, 0.0, axes_after - axes)
+    turn = np.arctan2(np.sin(turn), np.cos(turn))
+    rise = after.p_WE[:, 2] - states.p_WE[:, 2]
+    moved = np.stack([reach_after - reach, reach * turn, rise], 1)
+    return states, moved / period + _along(states.v_WE, axes)
+
+
+def _positions(log: Log) -> np.ndarray:
+    """Returns positions of base and arm (N, 3 + n)."""
+    return np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
+
+
+def _rates(log: Log) -> np.ndarray:
+    """Returns the rates of these in W (N, 3 + n)."""
+    forward, sideways, omega = log[signals.BASE_VELOCITY].T
+    theta = log[signals.BASE_POSE][:, 2]
+    c, s = np.cos(theta), np.sin(theta)
+    base = [forward * c - sideways * s, forward * s + sideways * c, omega]
+    return np.hstack([np.stack(base, 1), log[signals.ARM_VELOCITY]])
+
+
+def _polar(states: HandStates) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the reach S->E (N,) [m] and its angle in W (N,) [rad], seen from above.
+
+    Where E is on the shoulder's axis, the angle is that of the next sample beside it.
+    """
+    x, y, _ = states.p_SE_W.T
+    reach, axes = np.hypot(x, y), np.arctan2(y, x)
+    beside = np.flatnonzero(reach >= _ON_AXIS)
+    if not beside.size:
+        return reach, np.zeros_like(axes)
+    following = np.searchsorted(beside, np.arange(len(axes)))
+    return reach, axes[beside[np.minimum(following, len(beside) - 1)]]
+
+
+def _along(v_W: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Returns velocities in W (N, 3) as radial, tangential and up [m/s]."""
+    x, y, up = v_W.T
+    c, s = np.cos(axes), np.sin(axes)
+    return np.stack([c * x + s * y, c * y - s * x, up], 1)
+
+
+def _psi(angle: np.ndarray, log: Log) -> np.ndarray:
+    """Returns angles (N,) [rad], on from turn to turn.
+
+    Which turn the first is in tell the joints alone: it is the one that is logged.
+    """
+    told = np.unwrap(angle)
+    turns = np.round((log[signals.WORKSPACE][0, 1] - told[0]) / (2 * np.pi))
+    return told + 2 * np.pi * turns
 
 
 def manipulability(run: Run) -> np.ndarray:
     """Returns sqrt(det(J J^T)) of T at each sample (N,)."""
     log, model = run.log, RobotModel(run.scenario.robot)
-    q = np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
+    q = _positions(log)
     still = np.zeros(q.shape[1])
     values = []
     for sample in q:

@@ -197,13 +197,10 @@ class Guided(Scenario):
 
     def _check_path(self) -> None:
         """Raises `ParameterError` where the arm cannot follow the hand's path."""
-        arm = self.robot.arm()
-        at = self.start
-        axes = at.theta + at.psi
-        d = arm.p_BS[0]
-        x = at.x + d * math.cos(at.theta) + at.l * math.cos(axes)
-        y = at.y + d * math.sin(at.theta) + at.l * math.sin(axes)
-        z = arm.p_BS[2] + at.z
+        model = RobotModel(self.robot)
+        q = self.start_position(model)
+        model.set_state(q, [0.0] * len(q))
+        x, y, z = model.p_W("tool")
         first = self.hand.path[0]
         gap = math.dist((x, y, z), (first.x, first.y, first.z))
         if gap > _GRASP:
@@ -213,7 +210,7 @@ class Guided(Scenario):
             raise ParameterError("hand.path[0]", given, valid)
         # The hand's orientation may change, but not by much: T keeps to its height.
         reach = self.robot.reach()
-        above = arm.p_BT(arm.inverse((at.l, at.psi, at.z)))[2] - z
+        above = model.p_W("tee")[2] - z
         low, high = reach.l_0 - reach.r_f - above, reach.l_0 + reach.r_f - above
         for i, point in enumerate(self.hand.path):
             if not low <= point.z <= high:

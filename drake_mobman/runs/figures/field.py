@@ -101,11 +101,11 @@ def field_figures(
 
 
 def draw_side(params: VelocityField, reach: Reach, smoother: Smoother) -> Figure:
-    """Draws v [m/s] over x and z in B [m], at y = 0 (fig. 2)."""
+    """Draws v [m/s] over x and z in B [m], at the shoulder's y (fig. 2)."""
     figure = new_figure(4.9)
     axes = figure.subplots()
     x, z = np.meshgrid(_side(reach.ahead, reach), _side(reach.l_0, reach))
-    points = np.stack([x, 0 * x, z], axis=-1)
+    points = np.stack([x, reach.aside + 0 * x, z], axis=-1)
     image = _draw_speed(axes, points, (0, 2), params, reach, smoother)
     for label, edge in _edges(params, reach).items():
         axes.plot(edge[:, 0], edge[:, 2], **_EDGES[label], label=label)
@@ -120,7 +120,8 @@ def draw_side(params: VelocityField, reach: Reach, smoother: Smoother) -> Figure
     label_axes(axes, "$x$ [m]", "$z$ [m]")
     axes.grid(visible=False)
     _draw_scale(figure, image, [axes], smoother)
-    return finish(figure, f"The field from the side, at $y$ = 0, {params.law} law")
+    at = f"at $y$ = {reach.aside:g}"
+    return finish(figure, f"The field from the side, {at}, {params.law} law")
 
 
 def draw_top(params: VelocityField, reach: Reach, smoother: Smoother) -> Figure:
@@ -130,7 +131,7 @@ def draw_top(params: VelocityField, reach: Reach, smoother: Smoother) -> Figure:
     """
     figure = new_figure(3.6)
     panels = figure.subplots(1, len(HEIGHTS), sharey=True)
-    x, y = np.meshgrid(_side(reach.ahead, reach), _side(0.0, reach))
+    x, y = np.meshgrid(_side(reach.ahead, reach), _side(reach.aside, reach))
     for axes, height, letter in zip(panels, HEIGHTS, "ab", strict=True):
         points = np.stack([x, y, height + 0 * x], axis=-1)
         image = _draw_speed(axes, points, (0, 1), params, reach, smoother)
@@ -238,14 +239,17 @@ def distances(
         smoother.max_yaw_acceleration * _PERIOD,
     )
     limits = smoother.max_speed, smoother.max_yaw_rate
-    hand = reach.ahead + start * math.cos(phi), start * math.sin(phi)
+    hand = (
+        reach.ahead + start * math.cos(phi),
+        reach.aside + start * math.sin(phi),
+    )
     x = y = theta = 0.0
     sent = [0.0, 0.0]
     nearest = farthest = start
     for _ in range(round(DURATION / _PERIOD)):
         dx, dy, c, s = hand[0] - x, hand[1] - y, math.cos(theta), math.sin(theta)
         p_BT = c * dx + s * dy, c * dy - s * dx, reach.l_0
-        distance = math.hypot(p_BT[0] - reach.ahead, p_BT[1])
+        distance = math.hypot(p_BT[0] - reach.ahead, p_BT[1] - reach.aside)
         nearest, farthest = min(nearest, distance), max(farthest, distance)
         raw = field_velocity(p_BT, params, reach)
         if smoother.enabled:
@@ -281,7 +285,7 @@ def _draw_speed(
 
     Speeds beyond what the smoother lets pass have the same colour.
     """
-    out = np.linalg.norm(points - [reach.ahead, 0, reach.l_0], axis=-1)
+    out = np.linalg.norm(points - [reach.ahead, reach.aside, reach.l_0], axis=-1)
     within = (out <= reach.r_f) & (points[..., 2] >= 0)
     v = np.full(within.shape, np.nan)
     v[within] = field_on(points[within], params, reach)[0]
@@ -301,7 +305,7 @@ def _draw_speed(
 def _edges(
     params: VelocityField, reach: Reach, height: float | None = None
 ) -> dict[str, np.ndarray]:
-    """Returns the edges' points (N, 3) in B [m], at y = 0 or at a height.
+    """Returns the edges' points (N, 3) in B [m], at the shoulder's y or at a height.
 
     They are NaN where an edge is out of reach, and where the forward zone gives way to
     the retreat zone.
@@ -326,14 +330,14 @@ def _edges(
 
 
 def _side_edge(radius: float, upright: bool, reach: Reach) -> np.ndarray:
-    """Returns points (N, 3) of a sphere at y = 0, or of an upright capsule."""
+    """Returns points (N, 3) of a sphere at its y, or of an upright capsule."""
     # From below and round, so that a capsule begins and ends on the floor.
     t = np.linspace(-math.pi / 2, 3 * math.pi / 2, 721)
     x, rise = np.cos(t), np.sin(t)
     below = upright & (rise < 0)
     x = radius * np.where(below, np.sign(x), x)
     rise = np.where(below, reach.l_0, radius) * rise
-    return np.stack([reach.ahead + x, 0 * x, reach.l_0 + rise], axis=1)
+    return np.stack([reach.ahead + x, reach.aside + 0 * x, reach.l_0 + rise], axis=1)
 
 
 def _top_edge(radius: float, upright: bool, height: float, reach: Reach) -> np.ndarray:
@@ -345,7 +349,7 @@ def _top_edge(radius: float, upright: bool, height: float, reach: Reach) -> np.n
         return np.empty((0, 3))
     t, level = np.linspace(-math.pi, math.pi, 721), math.sqrt(radius**2 - rise**2)
     x, y = level * np.cos(t), level * np.sin(t)
-    return np.stack([reach.ahead + x, y, height + 0 * x], axis=1)
+    return np.stack([reach.ahead + x, reach.aside + y, height + 0 * x], axis=1)
 
 
 def _draw_turning(

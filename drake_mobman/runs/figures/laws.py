@@ -48,7 +48,9 @@ def draw_kappa(run: Run) -> Figure:
     angles that the run went through are shaded.
     """
     projection = cast(Teleop, run.scenario).projection
-    psi = np.linspace(-math.pi, math.pi, 721)
+    seen = run.log[signals.WORKSPACE][:, 1]
+    first, last = min(-math.pi, seen.min()), max(math.pi, seen.max())
+    psi = np.linspace(first, last, 721)
     kappa = [radial_weight(x, projection.sigma) for x in psi]
     speed = [base_speed(1.0, x, projection) for x in psi]
     figure = new_figure(2.6)
@@ -56,12 +58,11 @@ def draw_kappa(run: Run) -> Figure:
     label_axes(axes, r"$\psi$ [rad]", r"$\kappa$,  $v_b\,/\,v_{bm}$  [–]")
     axes.plot(psi, kappa, color=COMMAND, lw=1.2, ls="--", label=r"$\kappa$")
     axes.plot(psi, speed, color=BASE, lw=1.6, label=r"$v_b/v_{bm} = \kappa/\cos\psi$")
-    seen = run.log[signals.WORKSPACE][:, 1]
     axes.axvspan(
         seen.min(), seen.max(), color=HAND, alpha=0.15, label=r"$\psi$ in this run"
     )
     draw_limits_across(axes, {r"-\pi/2": -math.pi / 2, r"\pi/2": math.pi / 2})
-    axes.set_xlim(-math.pi, math.pi)
+    axes.set_xlim(first, last)
     return finish(figure, rf"Base from its share, $\sigma$ = {projection.sigma:g} rad")
 
 
