@@ -1,7 +1,6 @@
 """Runs a scenario headless, and times its control tick."""
 
 import dataclasses as dc
-import textwrap
 import time
 from collections.abc import Callable
 from typing import Any
@@ -11,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_mobman import signals
 from drake_mobman.diagrams import make_diagram
+from drake_mobman.runs.finite import FAILURES, check_finite, death, death_by_log
 from drake_mobman.runs.log import Log, read_log, until_not_finite
 from drake_mobman.runs.scenario import AnyScenario
 
@@ -58,11 +58,12 @@ def simulate(
                 progress(end)
     except KeyboardInterrupt:
         died, interrupted = f"interrupted at t = {context.get_time():g} s", True
-    except (RuntimeError, ArithmeticError, ValueError) as error:
-        reason = textwrap.shorten(str(error), 200, placeholder=" ...")
-        died = f"died at t = {context.get_time():g} s: {reason}"
+    except FAILURES as error:
+        died = death(diagram, context, error)
     wall_time = time.perf_counter() - start
-    log = until_not_finite(read_log(diagram, context))
+    log = read_log(diagram, context)
+    died = death_by_log(log, died)
+    log = until_not_finite(log)
     ticks = np.zeros(0) if died else _tick_times(scenario, make())
     return Run(scenario, log, wall_time, ticks, died, interrupted)
 
@@ -72,13 +73,6 @@ def _chunk_ends(scenario: AnyScenario) -> list[float]:
     periods = round(scenario.duration / scenario.period)
     ends = [k * scenario.period for k in range(_CHUNK, periods, _CHUNK)]
     return [*(end for end in ends if end < scenario.duration), scenario.duration]
-
-
-def check_finite(diagram: Any, context: Any) -> None:
-    """Raises `ArithmeticError` unless the robot's state is finite."""
-    for name in (signals.BASE_POSE, signals.ARM_POSITION):
-        if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
-            raise ArithmeticError(f"{name} is not finite any more")
 
 
 def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.ndarray:
