@@ -91,7 +91,9 @@ def add_guarded(builder: DiagramBuilder, scenario: Teleop) -> Ports:
         # would end the simulation.
         guard = builder.AddNamedSystem("guard", as_wanted(scenario)(guard))
         ports = outputs([guard])
-        source = builder.AddNamedSystem("source", ScriptedSource(scenario.source))
+        source = builder.AddNamedSystem(
+            "source", ScriptedSource(scenario.source, scenario.period)
+        )
         builder.Connect(source.get_output_port(), guard.get_input_port())
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
         return ports
@@ -139,6 +141,7 @@ def make_teleop_diagram(
     Raises:
         ParameterError: where a block cannot work with its parameters.
     """
+    scenario = scenario.in_whole_steps()
     model = RobotModel(scenario.robot)
     period = scenario.period
     start = scenario.start_position(model)

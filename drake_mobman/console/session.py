@@ -217,7 +217,7 @@ class LiveSession:
         simulator = Simulator(self._diagram)
         context = simulator.get_mutable_context()
         said = self._diagram.GetInputPort(signals.OPERATOR_INPUT)
-        pace = _Pace(self.scenario.period)
+        pace = _Pace(self.scenario.in_whole_steps().period)
         drained = shown = -math.inf
         died = ""
         try:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.arm.jacobian_arm import JacobianArm
@@ -37,6 +37,7 @@ from drake_mobman.teleop.guard import Guard
 from drake_mobman.teleop.live import Operator
 from drake_mobman.teleop.recorded import Recording
 from drake_mobman.teleop.scripted import Script
+from drake_mobman.ticks import aligned
 
 
 @dc.dataclass
@@ -88,6 +89,17 @@ class Scenario:
             except ParameterError as error:
                 raise error.below("fidelity") from None
         self.start_position(RobotModel(self.robot))
+
+    def in_whole_steps(self) -> Self:
+        """Returns the same with its period whole steps of the plant to the last bit.
+
+        So it is simulated; the two are a few bits off what was asked for, at most.
+        """
+        if not isinstance(self.fidelity, Servo):
+            return self
+        period, step = aligned(self.period, self.fidelity.step)
+        fidelity = dc.replace(self.fidelity, step=step)
+        return dc.replace(self, period=period, fidelity=fidelity)
 
     def start_position(self, model: RobotModel) -> list[float]:
         """Returns the positions (3 + n,) of base and arm at the start.

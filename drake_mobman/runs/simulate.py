@@ -13,6 +13,7 @@ from drake_mobman.diagrams import make_diagram
 from drake_mobman.runs.finite import FAILURES, check_finite, death, death_by_log
 from drake_mobman.runs.log import Log, read_log, until_not_finite
 from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.ticks import at_tick, last_tick
 
 _CHUNK = 10
 """Control periods between two looks at progress and at the state's finiteness."""
@@ -51,7 +52,7 @@ def simulate(
     start = time.perf_counter()
     try:
         simulator.Initialize()
-        for end in _chunk_ends(scenario):
+        for end in _chunk_ends(scenario.in_whole_steps()):
             simulator.AdvanceTo(end)
             check_finite(diagram, context)
             if progress:
@@ -70,9 +71,9 @@ def simulate(
 
 def _chunk_ends(scenario: AnyScenario) -> list[float]:
     """Returns times to advance to: whole periods, then the end [s]."""
-    periods = round(scenario.duration / scenario.period)
-    ends = [k * scenario.period for k in range(_CHUNK, periods, _CHUNK)]
-    return [*(end for end in ends if end < scenario.duration), scenario.duration]
+    duration, period = scenario.duration, scenario.period
+    ticks = range(_CHUNK, last_tick(duration, period), _CHUNK)
+    return [*(k * period for k in ticks), at_tick(duration, period)]
 
 
 def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.ndarray:
@@ -82,6 +83,7 @@ def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.
     commands. It is timed in a run of its own, without loggers, which would have had all
     signals evaluated before the clock starts.
     """
+    scenario = scenario.in_whole_steps()
     diagram = make_diagram(scenario, decomposer=decomposer, logged=False)
     simulator = Simulator(diagram)
     simulator.Initialize()
@@ -94,7 +96,7 @@ def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.
         )
     )
     times = []
-    for k in range(min(most, round(scenario.duration / scenario.period))):
+    for k in range(min(most, last_tick(scenario.duration, scenario.period))):
         simulator.AdvanceTo(k * scenario.period)
         for port in given:
             port.Eval(context)
