@@ -169,5 +169,7 @@ def make_teleop_diagram(
         ports = add_operator(builder, scenario, operator, ports)
     else:
         ports |= add_guarded(builder, scenario)
-    connect_by_name(builder, ports, [decomposer, smoother, arm, robot])
+    blocks = [decomposer, smoother, arm, robot]
+    # Nobody pushes.
+    connect_by_name(builder, ports, blocks, left_open=[signals.SPATIAL_FORCES])
     return finished(builder, "teleop", ports, period, logged=logged)

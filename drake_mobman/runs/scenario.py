@@ -282,7 +282,7 @@ def played_back(scenario: AnyScenario, folder: Path) -> AnyScenario:
         return scenario
     source = scenario.source.in_folder(folder)
     try:
-        last = len(source.samples()) - 1
+        last = len(source.samples(scenario.period)) - 1
     except ParameterError as error:
         raise error.below("source") from None
     duration = min(scenario.duration, last * scenario.period)
