@@ -6,10 +6,13 @@ Layers, later over earlier: the defaults below, the scenario's file, overrides g
 
 import dataclasses as dc
 import math
+import typing
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any, Self
+
+from pydrake.common.yaml import yaml_load_typed
 
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.arm.jacobian_arm import JacobianArm
@@ -23,13 +26,21 @@ from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
 from drake_mobman.guidance.guiding_hand import Hand, peak_speed
 from drake_mobman.parameters import ParameterError, one_of, positive
+from drake_mobman.robots.defaults import Start, own
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.model import Robot, RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.runs.schema import load_typed, load_yaml, with_override
+from drake_mobman.runs.layers import with_defaults
+from drake_mobman.runs.schema import (
+    dump_yaml,
+    load_typed,
+    load_yaml,
+    plain,
+    with_override,
+)
 from drake_mobman.teleop.choice import Change
 from drake_mobman.teleop.drag import Drag
 from drake_mobman.teleop.gate import Gate
@@ -38,18 +49,6 @@ from drake_mobman.teleop.live import Operator
 from drake_mobman.teleop.recorded import Recording
 from drake_mobman.teleop.scripted import Script
 from drake_mobman.ticks import aligned
-
-
-@dc.dataclass
-class Start:
-    """Where base and hand are at time 0."""
-
-    l: float = 1.0  # Reach of the hand from the shoulder's axis [m].
-    psi: float = 0.0  # Angle of the reach in the base's axes [rad].
-    z: float = 0.0  # Height of the hand above the shoulder [m].
-    x: float = 0.0  # Base in W [m].
-    y: float = 0.0  # Base in W [m].
-    theta: float = 0.0  # Heading of the base in W [rad].
 
 
 @dc.dataclass
@@ -62,6 +61,10 @@ class Planned:
     """The hand that pulls goes along its own path."""
 
 
+OF_ROBOT: Any = None
+"""Stands for what the robot brings along, until a scenario is made."""
+
+
 @dc.dataclass
 class Scenario:
     """A robot, where it starts, and for how long: what all scenarios say."""
@@ -72,9 +75,30 @@ class Scenario:
     fidelity: Kinematic | Servo = dc.field(default_factory=Kinematic)
     compiled: bool = False  # Whether blocks run without Python where that goes.
     robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=Planar)
-    start: Start = dc.field(default_factory=Start)
-    workspace: Workspace = dc.field(default_factory=Workspace)
-    smoother: Smoother = dc.field(default_factory=lambda: Smoother(enabled=False))
+    start: Start = OF_ROBOT
+    workspace: Workspace = OF_ROBOT
+    smoother: Smoother = OF_ROBOT
+
+    def __post_init__(self) -> None:
+        """Takes from the robot what is not given."""
+        own = self.own(self.robot)
+        for field in dc.fields(self):
+            if getattr(self, field.name) is OF_ROBOT:
+                kind: Any = (typing.get_args(field.type) or (field.type,))[0]
+                setattr(self, field.name, own.get(kind) or kind())
+
+    @classmethod
+    def own(cls, robot: Robot) -> dict[type, Any]:
+        """Returns what the robot brings to such a scenario, by its class."""
+        return own(robot)
+
+    @classmethod
+    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Returns YAML data of such a scenario with what it leaves to its robot."""
+        named = {key: value for key, value in data.items() if key == "robot"}
+        robot = yaml_load_typed(schema=cls, data=dump_yaml(named)).robot
+        given = with_defaults(data, cls, cls.own(robot))
+        return plain(cls(robot=robot), cls) | given
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
@@ -88,7 +112,36 @@ class Scenario:
                 self.fidelity.check_period(self.period)
             except ParameterError as error:
                 raise error.below("fidelity") from None
-        self.start_position(RobotModel(self.robot))
+        model = RobotModel(self.robot)
+        self.start_position(model)
+        self._check_workspace(model)
+        _check_base(self.smoother, "smoother", model)
+
+    def _check_workspace(self, model: RobotModel) -> None:
+        """Raises `ParameterError` where the arm does not fill the workspace.
+
+        Authority would never pass to the base: the arm ends before.
+        """
+        arm, at = self.robot.arm(), self.start
+        for key in ("l_min", "l_max"):
+            l = getattr(self.workspace, key)
+            nearest, _, z = arm.workspace(arm.inverse((l, at.psi, at.z)))
+            if max(abs(nearest - l), abs(z - at.z)) > _REACHED:
+                valid = f"out of reach; the nearest at z = {at.z:g} is {nearest:.4g}"
+                raise ParameterError(f"workspace.{key}", l, valid)
+        for key in ("psi_min", "psi_max"):
+            psi = getattr(self.workspace, key)
+            q = arm.inverse((at.l, psi, at.z))
+            self._check_joints(model, q, f"workspace.{key}", psi)
+
+    def _check_joints(self, model: RobotModel, q: Any, key: str, given: Any) -> None:
+        """Raises `ParameterError` where what is given at `key` takes a joint too far."""
+        for name, angle, low, high in zip(
+            model.arm_joints, q, model.limits.lower, model.limits.upper, strict=True
+        ):
+            if not low <= angle <= high:
+                valid = f"must keep joint {name} within [{low:g}, {high:g}] rad"
+                raise ParameterError(key, given or f"{name} = {angle:.4g} rad", valid)
 
     def in_whole_steps(self) -> Self:
         """Returns the same with its period whole steps of the plant to the last bit.
@@ -113,17 +166,12 @@ class Scenario:
         q = arm.inverse(hand)
         nearest = arm.workspace(q)
         # An arm that is out of reach stands at the nearest point that it reaches.
-        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > 1e-9:
+        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > _REACHED:
             l, psi, z = (round(x, 4) + 0.0 for x in nearest)
             valid = f"out of reach; the nearest is l = {l}, psi = {psi}, z = {z}"
             named = dict(zip(("l", "psi", "z"), hand, strict=True))
             raise ParameterError("start", named, valid)
-        for name, angle, low, high in zip(
-            model.arm_joints, q, model.limits.lower, model.limits.upper, strict=True
-        ):
-            if not low <= angle <= high:
-                valid = f"must keep joint {name} within [{low:g}, {high:g}] rad"
-                raise ParameterError("start", f"{name} = {angle:.4g} rad", valid)
+        self._check_joints(model, q, "start", None)
         return [at.x, at.y, at.theta, *q]
 
 
@@ -136,9 +184,9 @@ class Teleop(Scenario):
     """An operator commands the hand; a decomposer tells base and arm what to do."""
 
     source: Script | External | Operator | Recording = dc.field(default_factory=Script)
-    guard: Guard = dc.field(default_factory=Guard)
+    guard: Guard = OF_ROBOT
     gate: Gate = dc.field(default_factory=Gate)  # Of a live or recorded operator.
-    decomposer: Decomposer = dc.field(default_factory=Exact)
+    decomposer: Decomposer = OF_ROBOT
     # What a live operator may choose instead, while driving.
     alternatives: list[Decomposer] = dc.field(default_factory=list)
     change: Change = dc.field(default_factory=Change)
@@ -155,6 +203,10 @@ class Teleop(Scenario):
         one_of(self, "inverse", INVERSES)
         super().check()
         _check_fields(self.controllers, "decomposer", self.robot)
+        model = RobotModel(self.robot)
+        for key, params in _keyed(self.controllers, "decomposer"):
+            if isinstance(params, DiffIk):
+                _check_base(params, key, model)
         if any(isinstance(one, Qp) for one in self.controllers) and isinstance(
             self.robot.arm(), JacobianArm
         ):
@@ -168,17 +220,23 @@ class Guided(Scenario):
 
     fidelity: Kinematic | Servo = dc.field(default_factory=Servo)
     robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=FrankaTiago)
-    start: Start = dc.field(default_factory=lambda: Start(l=0.58, z=-0.21))
-    smoother: Smoother = dc.field(default_factory=Smoother)
     source: Planned | Operator | Recording = dc.field(default_factory=Planned)
-    guard: Guard = dc.field(default_factory=Guard)  # Of an operator who leads the hand.
+    guard: Guard = OF_ROBOT  # Of an operator who leads the hand.
     gate: Gate = dc.field(default_factory=Gate)  # The same.
-    hand: Hand = dc.field(default_factory=Hand)
+    hand: Hand = OF_ROBOT
     drag: Drag = dc.field(default_factory=Drag)  # Of an operator who pulls elsewhere.
-    field: VelocityField = dc.field(default_factory=VelocityField)
+    field: VelocityField = OF_ROBOT
     # What a live operator may choose instead, while driving.
     alternatives: list[VelocityField] = dc.field(default_factory=list)
     change: Change = dc.field(default_factory=Change)
+
+    @classmethod
+    def own(cls, robot: Robot) -> dict[type, Any]:
+        """Returns what the robot brings to such a scenario, by its class."""
+        brought = super().own(robot)
+        smoother = brought.get(Smoother) or Smoother()
+        # The field jumps where its zones meet.
+        return brought | {Smoother: dc.replace(smoother, enabled=True)}
 
     @property
     def controllers(self) -> list[Any]:
@@ -233,6 +291,9 @@ class Guided(Scenario):
                 raise ParameterError(f"hand.path[{i}].z", point.z, valid)
 
 
+_REACHED = 1e-9
+"""How far from where it is to be the hand counts as there [m], [rad]."""
+
 _LEAST_MASS = 1.2
 """What a hand's damping held for a period may amount to [kg]: three times the least
 that the tool weighs in any posture. Above, hand and tool shake each other."""
@@ -244,18 +305,39 @@ _GRASP = 0.05
 """How far from the tool a hand may take hold of it [m]."""
 
 
-def _check_fields(controllers: list[Any], key: str, robot: Robot) -> None:
-    """Raises `ParameterError` where one is a field that leaves the arm no room.
+def _check_base(params: Smoother | DiffIk, key: str, model: RobotModel) -> None:
+    """Raises `ParameterError` where the robot's base is asked for more than it can do.
 
-    The first stands at `key`, the others among the alternatives.
+    What is asked for stands at `key`.
     """
-    for i, params in enumerate(controllers):
+    plant = model.plant
+    ahead, turn = plant.GetJointByName("x"), plant.GetJointByName("theta")
+    most = {
+        "max_speed": ahead.velocity_upper_limits(),
+        "max_acceleration": ahead.acceleration_upper_limits(),
+        "max_yaw_rate": turn.velocity_upper_limits(),
+        "max_yaw_acceleration": turn.acceleration_upper_limits(),
+    }
+    for name, (limit,) in most.items():
+        if not getattr(params, name) <= limit:
+            valid = f"must be at most {limit:g}, which is what the base can do"
+            raise ParameterError(f"{key}.{name}", getattr(params, name), valid)
+
+
+def _check_fields(controllers: list[Any], key: str, robot: Robot) -> None:
+    """Raises `ParameterError` where one is a field that leaves the arm no room."""
+    for at, params in _keyed(controllers, key):
         if isinstance(params, VelocityField):
             try:
                 check_zones(params, robot.reach())
             except ParameterError as error:
-                at = f"alternatives[{i - 1}]" if i else key
                 raise error.below(at) from None
+
+
+def _keyed(controllers: list[Any], key: str) -> list[tuple[str, Any]]:
+    """Returns controllers with where they stand: at `key`, then as alternatives."""
+    keys = [key, *(f"alternatives[{i}]" for i in range(len(controllers) - 1))]
+    return list(zip(keys, controllers, strict=True))
 
 
 AnyScenario = Teleop | Guided
