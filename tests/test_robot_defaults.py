@@ -148,8 +148,8 @@ def test_dumped_scenario_says_all_of_it(tmp_path):
             "workspace.l_min: 0.1 is not valid; out of reach; th",
         ),
         (
-            ["workspace.psi_max=3"],
-            "workspace.psi_max: 3.0 is not valid; must keep joint",
+            ["workspace.psi_max=5"],
+            "workspace.psi_max: 5.0 is not valid; out of reach; ",
         ),
         (["start.l=1"], "start: "),
         (
@@ -182,6 +182,13 @@ def test_what_cannot_fit_the_robot_is_refused_in_one_line(tmp_path, overrides, s
         load_scenario(mine(tmp_path, "robot: !FrankaTiago {}"), overrides)
     assert says in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+def test_workspace_that_takes_a_joint_too_far_is_refused(tmp_path):
+    with pytest.raises(
+        ScenarioError, match=r"workspace\.psi_max: .*joint shoulder with"
+    ):
+        load_scenario(mine(tmp_path, ""), ["workspace.psi_max=4.5"])
 
 
 def test_parameters_of_another_robot_are_refused_from_python_too():

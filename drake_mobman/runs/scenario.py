@@ -17,7 +17,7 @@ from pydrake.common.yaml import yaml_load_typed
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.velocity_field import VelocityField, check_zones
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.diff_ik import DiffIk
 from drake_mobman.decomposers.exact import Exact
@@ -33,6 +33,13 @@ from drake_mobman.robots.model import Robot, RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
+from drake_mobman.runs.fit import (
+    REACHED,
+    check_base,
+    check_controllers,
+    check_joints,
+    check_workspace,
+)
 from drake_mobman.runs.layers import with_defaults
 from drake_mobman.runs.schema import (
     dump_yaml,
@@ -114,34 +121,8 @@ class Scenario:
                 raise error.below("fidelity") from None
         model = RobotModel(self.robot)
         self.start_position(model)
-        self._check_workspace(model)
-        _check_base(self.smoother, "smoother", model)
-
-    def _check_workspace(self, model: RobotModel) -> None:
-        """Raises `ParameterError` where the arm does not fill the workspace.
-
-        Authority would never pass to the base: the arm ends before.
-        """
-        arm, at = self.robot.arm(), self.start
-        for key in ("l_min", "l_max"):
-            l = getattr(self.workspace, key)
-            nearest, _, z = arm.workspace(arm.inverse((l, at.psi, at.z)))
-            if max(abs(nearest - l), abs(z - at.z)) > _REACHED:
-                valid = f"out of reach; the nearest at z = {at.z:g} is {nearest:.4g}"
-                raise ParameterError(f"workspace.{key}", l, valid)
-        for key in ("psi_min", "psi_max"):
-            psi = getattr(self.workspace, key)
-            q = arm.inverse((at.l, psi, at.z))
-            self._check_joints(model, q, f"workspace.{key}", psi)
-
-    def _check_joints(self, model: RobotModel, q: Any, key: str, given: Any) -> None:
-        """Raises `ParameterError` where what is given at `key` takes a joint too far."""
-        for name, angle, low, high in zip(
-            model.arm_joints, q, model.limits.lower, model.limits.upper, strict=True
-        ):
-            if not low <= angle <= high:
-                valid = f"must keep joint {name} within [{low:g}, {high:g}] rad"
-                raise ParameterError(key, given or f"{name} = {angle:.4g} rad", valid)
+        check_workspace(self.workspace, self.start, self.robot.arm(), model)
+        check_base(self.smoother, "smoother", model)
 
     def in_whole_steps(self) -> Self:
         """Returns the same with its period whole steps of the plant to the last bit.
@@ -166,12 +147,12 @@ class Scenario:
         q = arm.inverse(hand)
         nearest = arm.workspace(q)
         # An arm that is out of reach stands at the nearest point that it reaches.
-        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > _REACHED:
+        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > REACHED:
             l, psi, z = (round(x, 4) + 0.0 for x in nearest)
             valid = f"out of reach; the nearest is l = {l}, psi = {psi}, z = {z}"
             named = dict(zip(("l", "psi", "z"), hand, strict=True))
             raise ParameterError("start", named, valid)
-        self._check_joints(model, q, "start", None)
+        check_joints(q, "start", model)
         return [at.x, at.y, at.theta, *q]
 
 
@@ -202,11 +183,7 @@ class Teleop(Scenario):
         """Raises `ParameterError` unless it can be run."""
         one_of(self, "inverse", INVERSES)
         super().check()
-        _check_fields(self.controllers, "decomposer", self.robot)
-        model = RobotModel(self.robot)
-        for key, params in _keyed(self.controllers, "decomposer"):
-            if isinstance(params, DiffIk):
-                _check_base(params, key, model)
+        check_controllers(self.controllers, "decomposer", self.robot)
         if any(isinstance(one, Qp) for one in self.controllers) and isinstance(
             self.robot.arm(), JacobianArm
         ):
@@ -249,7 +226,7 @@ class Guided(Scenario):
             valid = "must be !Servo, a hand pulls by force"
             raise ParameterError("fidelity", "!Kinematic", valid)
         super().check()
-        _check_fields(self.controllers, "field", self.robot)
+        check_controllers(self.controllers, "field", self.robot)
         self._check_hand()
         self._check_path()
 
@@ -291,9 +268,6 @@ class Guided(Scenario):
                 raise ParameterError(f"hand.path[{i}].z", point.z, valid)
 
 
-_REACHED = 1e-9
-"""How far from where it is to be the hand counts as there [m], [rad]."""
-
 _LEAST_MASS = 1.2
 """What a hand's damping held for a period may amount to [kg]: three times the least
 that the tool weighs in any posture. Above, hand and tool shake each other."""
@@ -303,41 +277,6 @@ _LEAST_DRAGGED = 0.45
 
 _GRASP = 0.05
 """How far from the tool a hand may take hold of it [m]."""
-
-
-def _check_base(params: Smoother | DiffIk, key: str, model: RobotModel) -> None:
-    """Raises `ParameterError` where the robot's base is asked for more than it can do.
-
-    What is asked for stands at `key`.
-    """
-    plant = model.plant
-    ahead, turn = plant.GetJointByName("x"), plant.GetJointByName("theta")
-    most = {
-        "max_speed": ahead.velocity_upper_limits(),
-        "max_acceleration": ahead.acceleration_upper_limits(),
-        "max_yaw_rate": turn.velocity_upper_limits(),
-        "max_yaw_acceleration": turn.acceleration_upper_limits(),
-    }
-    for name, (limit,) in most.items():
-        if not getattr(params, name) <= limit:
-            valid = f"must be at most {limit:g}, which is what the base can do"
-            raise ParameterError(f"{key}.{name}", getattr(params, name), valid)
-
-
-def _check_fields(controllers: list[Any], key: str, robot: Robot) -> None:
-    """Raises `ParameterError` where one is a field that leaves the arm no room."""
-    for at, params in _keyed(controllers, key):
-        if isinstance(params, VelocityField):
-            try:
-                check_zones(params, robot.reach())
-            except ParameterError as error:
-                raise error.below(at) from None
-
-
-def _keyed(controllers: list[Any], key: str) -> list[tuple[str, Any]]:
-    """Returns controllers with where they stand: at `key`, then as alternatives."""
-    keys = [key, *(f"alternatives[{i}]" for i in range(len(controllers) - 1))]
-    return list(zip(keys, controllers, strict=True))
 
 
 AnyScenario = Teleop | Guided
