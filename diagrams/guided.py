@@ -56,6 +56,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     Raises:
         ParameterError: where a block cannot work with its parameters.
     """
+    scenario = scenario.in_whole_steps()
     model = RobotModel(scenario.robot)
     period = scenario.period
     start = scenario.start_position(model)

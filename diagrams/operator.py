@@ -45,7 +45,7 @@ def add_operator(
     """
     add, period = builder.AddNamedSystem, scenario.period
     if isinstance(operator, Recording):
-        source = add("source", RecordedSource(operator.samples(), period))
+        source = add("source", RecordedSource(operator.samples(period), period))
     else:
         source = add("source", LiveSource(period))
         builder.ExportInput(source.get_input_port(), signals.OPERATOR_INPUT)

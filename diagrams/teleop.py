@@ -91,7 +91,9 @@ def add_guarded(builder: DiagramBuilder, scenario: Teleop) -> Ports:
         # would end the simulation.
         guard = builder.AddNamedSystem("guard", as_wanted(scenario)(guard))
         ports = outputs([guard])
-        source = builder.AddNamedSystem("source", ScriptedSource(scenario.source))
+        source = builder.AddNamedSystem(
+            "source", ScriptedSource(scenario.source, scenario.period)
+        )
         builder.Connect(source.get_output_port(), guard.get_input_port())
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
         return ports
@@ -139,6 +141,7 @@ def make_teleop_diagram(
     Raises:
         ParameterError: where a block cannot work with its parameters.
     """
+    scenario = scenario.in_whole_steps()
     model = RobotModel(scenario.robot)
     period = scenario.period
     start = scenario.start_position(model)
@@ -166,5 +169,7 @@ def make_teleop_diagram(
         ports = add_operator(builder, scenario, operator, ports)
     else:
         ports |= add_guarded(builder, scenario)
-    connect_by_name(builder, ports, [decomposer, smoother, arm, robot])
+    blocks = [decomposer, smoother, arm, robot]
+    # Nobody pushes.
+    connect_by_name(builder, ports, blocks, left_open=[signals.SPATIAL_FORCES])
     return finished(builder, "teleop", ports, period, logged=logged)

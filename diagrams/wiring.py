@@ -1,6 +1,6 @@
 """One name is one signal: whoever puts it out feeds all who take it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
@@ -29,14 +29,34 @@ def outputs(systems: Sequence[Any]) -> Ports:
 
 
 def connect_by_name(
-    builder: DiagramBuilder, ports: Ports, systems: Sequence[Any]
+    builder: DiagramBuilder,
+    ports: Ports,
+    systems: Sequence[Any],
+    left_open: Collection[str] = (),
 ) -> None:
-    """Connects each input of `systems` to the port that puts out its signal."""
+    """Connects each input of `systems` to the port that puts out its signal.
+
+    Args:
+        builder: of the systems.
+        ports: that put out the signals.
+        systems: to be fed.
+        left_open: names of inputs that nobody need feed, or that somebody will.
+
+    Raises:
+        ValueError: where nobody puts out what a block takes.
+    """
     for system in systems:
         for i in range(system.num_input_ports()):
             port = system.get_input_port(i)
-            if port.get_name() in ports:
-                builder.Connect(ports[port.get_name()], port)
+            name = port.get_name()
+            if name in ports:
+                builder.Connect(ports[name], port)
+            elif name not in left_open:
+                valid = ", ".join(sorted(ports))
+                raise ValueError(
+                    f"{system.get_name()}: nobody puts out its input {name!r}; "
+                    f"valid names are {valid}"
+                )
 
 
 def finished(

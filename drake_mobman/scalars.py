@@ -1,5 +1,6 @@
 """What a law needs to be written once for float, AutoDiffXd and Expression."""
 
+import sys
 from typing import Any
 
 from pydrake.symbolic import Formula, if_then_else
@@ -36,6 +37,32 @@ def larger(a: Scalar, b: Scalar) -> Scalar:
 def saturated(x: Scalar, limit: Scalar) -> Scalar:
     """Returns `x` held within `[-limit, limit]` (Petric & Zlajpah, eq. 11)."""
     return larger(smaller(x, limit), -limit)
+
+
+def is_finite(x: Scalar) -> Any:
+    """Returns whether `x` is neither infinite nor NaN; of an `Expression`, a formula.
+
+    By a comparison that no simplification takes away, unlike that of `x` with itself.
+    """
+    return abs(x) <= sys.float_info.max
+
+
+def finite_or_zero(x: Scalar) -> Scalar:
+    """Returns `x`, or 0 where it is infinite or not a number."""
+    return where(is_finite(x), x, type(x)(0.0))
+
+
+_ROUNDING = 1e-9
+"""Share of a step that its sums may be off by rounding."""
+
+
+def nearer_to_rest(x: Scalar, step: float) -> Scalar:
+    """Returns `x` one `step` nearer to 0, and 0 itself where no more than that is left.
+
+    But for rounding: what is a whole number of steps from 0 takes that many.
+    """
+    left = x - saturated(x, step)
+    return where(abs(left) <= _ROUNDING * step, 0.0 * left, left)
 
 
 def smoothstep(x: Scalar, lower: Scalar, upper: Scalar) -> Scalar:

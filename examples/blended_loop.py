@@ -37,7 +37,7 @@ def make_blended_loop(blending: Blending, smoother: Smoother, l: float) -> Diagr
     }
     systems = [builder.AddNamedSystem(*block) for block in blocks.items()]
     ports = outputs(systems)
-    connect_by_name(builder, ports, systems)
+    connect_by_name(builder, ports, systems, left_open=[signals.EE_COMMAND])
     command = systems[0].GetInputPort(signals.EE_COMMAND)
     builder.ExportInput(command, signals.EE_COMMAND)
     return finished(builder, "blended loop", ports, PERIOD, logged=False)

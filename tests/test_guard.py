@@ -158,8 +158,11 @@ def test_the_border_of_the_range_is_in_range(passed):
         out, why = passed([LARGEST * signs])
         assert tuple(out[0]) == tuple(LARGEST * signs)
         assert why == [GuardStatus.OK]
-    beyond = (math.nextafter(0.4, 1.0), 0.0, 0.0)
-    assert passed([beyond])[1] == [GuardStatus.OVER_RANGE]
+    # Rounding is not over range, and does not get out of it either.
+    rounded = (math.nextafter(0.4, 1.0), 0.0, 0.0)
+    out, why = passed([rounded, (0.4 * (1 + 2e-9), 0.0, 0.0)])
+    assert out[0].tolist() == [0.4, 0.0, 0.0]
+    assert why == [GuardStatus.OK, GuardStatus.OVER_RANGE]
 
 
 @pytest.mark.parametrize("stop_time", [0.0, 0.005, PERIOD])

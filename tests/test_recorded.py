@@ -21,14 +21,16 @@ from drake_mobman.teleop.drag import Dragged
 from drake_mobman.teleop.live import NOBODY, SIZE, LiveSource, OperatorSample
 from drake_mobman.teleop.recorded import (
     COMMANDS,
-    HEADER,
     RecordedSource,
     Recording,
+    header,
     read_samples,
     write_samples,
 )
 
 PERIOD = 0.01
+
+HEADER = header(PERIOD)
 
 
 def record(folder, samples):
@@ -84,6 +86,14 @@ def test_a_file_from_before_anything_could_be_dragged_is_still_read(tmp_path):
     assert read[:, :7].tobytes() == samples.tobytes()
     assert read.shape == (5, 14)
     assert not read[:, 7:].any()
+
+
+@pytest.mark.parametrize("period", [b"abc", b"", b"1..0", b"nan"])
+def test_a_file_with_a_period_that_is_none_is_refused(tmp_path, period):
+    file = record(tmp_path, anything(5))
+    file.write_bytes(file.read_bytes().replace(b"period 0.01", b"period " + period))
+    with pytest.raises(ParameterError, match=r"^file: .*must be a recorded session"):
+        Recording(str(file)).samples(PERIOD)
 
 
 @pytest.mark.parametrize(
@@ -237,7 +247,7 @@ def test_recording_is_found_beside_its_scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "session")
     name, scenario = load_scenario("scenario.yaml")
     monkeypatch.chdir("/")
-    assert scenario.source.samples().shape == (5, SIZE)
+    assert scenario.source.samples(PERIOD).shape == (5, SIZE)
     assert name == "session"
     assert load_scenario(path)[1] == scenario
 
@@ -246,6 +256,38 @@ def test_run_lasts_as_long_as_the_recording_or_shorter_if_asked(tmp_path):
     path = written(tmp_path, load_scenario("kwon_1")[1], anything(5), duration=90.0)
     assert load_scenario(path)[1].duration == 4 * PERIOD
     assert load_scenario(path, ["duration=0.02"])[1].duration == 0.02
+
+
+OLD = HEADER.partition(b"; period")[0] + b"\n"
+"""First line of a file of before it told its period."""
+
+
+@pytest.mark.parametrize("first", [HEADER, OLD], ids=["header", "scenario beside it"])
+def test_recording_is_refused_at_another_period(tmp_path, first):
+    path = written(tmp_path, load_scenario("kwon_1")[1], anything(5), duration=90.0)
+    file = tmp_path / COMMANDS
+    file.write_bytes(first + anything(5).tobytes())
+    assert load_scenario(path)[1].duration == 4 * PERIOD
+    with pytest.raises(ScenarioError) as refusal:
+        load_scenario(path, ["period=0.02"])
+    told = str(refusal.value)
+    assert told.startswith("scenario.yaml with --set: source.file: '")
+    assert told.endswith(
+        "must be played back at its own period of 0.01 s, not at 0.02 s"
+    )
+    # From Python, too.
+    played = dc.replace(load_scenario(path)[1], period=0.02)
+    with pytest.raises(ParameterError, match=r"own period of 0\.01 s, not at 0\.02 s$"):
+        make_diagram(played)
+
+
+def test_old_recording_alone_is_played_back_at_any_period(tmp_path):
+    file = tmp_path / "old.bin"
+    file.write_bytes(OLD + anything(5).tobytes())
+    override = f"source=!Recording {{file: {file}}}"
+    for period in (0.01, 0.02):
+        _, scenario = load_scenario("kwon_1", [override, f"period={period}"])
+        assert scenario.duration == 4 * period
 
 
 def test_scenario_without_its_recording_is_refused_in_a_line(tmp_path):

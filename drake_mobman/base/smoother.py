@@ -12,14 +12,20 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked, checked_period, positive
-from drake_mobman.scalars import Scalar, saturated, where
+from drake_mobman.scalars import (
+    Scalar,
+    finite_or_zero,
+    nearer_to_rest,
+    saturated,
+    where,
+)
 
 
 @dc.dataclass
 class Smoother:
     """What the platform can follow."""
 
-    enabled: bool = True  # If false, a command passes as it is.
+    enabled: bool = True  # If false, a command passes as it is, if it is finite.
     smoothing: float = 0.2  # alpha: share of the new command taken each period, (0, 1].
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
     max_acceleration: float = 1.0  # [m/s^2].
@@ -44,7 +50,7 @@ def smoothed(
 
     A raw command of exactly zero is a stop, and a stop is not filtered: the filter's
     tail never ends, while without it the base is at rest within limit/step periods. A
-    raw command that is not a number is a stop too.
+    raw command that is not finite is a stop too.
 
     Args:
         sent: command last sent, u_{k-1}.
@@ -53,11 +59,11 @@ def smoothed(
         step: largest change in a period.
         limit: largest magnitude.
     """
-    raw = where(raw == raw, raw, 0.0)  # noqa: PLR0124 - only NaN differs from itself.
+    raw = finite_or_zero(raw)
     # At rest the filter counts, so that the law is linearised there with it.
     stops = where(raw == 0, where(sent == 0, 0.0, 1.0), 0.0)
-    share = where(stops > 0, 1.0, smoothing)
-    return saturated(sent + saturated(share * (raw - sent), step), limit)
+    filtered = sent + saturated(smoothing * (raw - sent), step)
+    return saturated(where(stops > 0, nearer_to_rest(sent, step), filtered), limit)
 
 
 @TemplateSystem.define("CommandSmoother_")
@@ -100,11 +106,10 @@ def CommandSmoother_(T: Any) -> Any:
             Impl._construct(self, other.params, other.period, converter=converter)
 
         def _calc_sent(self, context: Any, output: Any) -> None:
-            raw = self.raw.Eval(context)
+            raw = self.raw.Eval(context).tolist()
             if not self.params.enabled:
-                output.SetFromVector(raw)
+                output.SetFromVector(np.array([finite_or_zero(x) for x in raw]))
                 return
-            raw = raw.tolist()
             p, last = self.params, context.get_discrete_state_vector()
             steps = p.max_acceleration, p.max_yaw_acceleration
             limits = p.max_speed, p.max_yaw_rate

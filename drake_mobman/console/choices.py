@@ -8,6 +8,7 @@ from typing import Any
 from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.robots.defaults import default_of
 from drake_mobman.runs.scenario import AnyScenario, Decomposer, Guided
 from drake_mobman.teleop.live import Operator
 
@@ -15,8 +16,8 @@ from drake_mobman.teleop.live import Operator
 def live(scenario: AnyScenario) -> AnyScenario:
     """Returns a scenario for a live operator, who may choose all that works with it.
 
-    Beside what the scenario names: each other decomposer by its defaults, and the field
-    by either law. Alternatives that the scenario names itself are left as they are.
+    Beside what the scenario names: each other decomposer as it fits the robot, and the
+    field by either law. Alternatives that the scenario names itself stay as they are.
 
     Raises:
         ParameterError: where the scenario cannot be driven.
@@ -50,10 +51,12 @@ def name_of(params: Any) -> str:
 def _candidates(scenario: AnyScenario) -> Iterator[Any]:
     """Yields one of each kind but the scenario's own, and the field by each law."""
     own = scenario.controllers[0]
-    field = own if isinstance(own, VelocityField) else VelocityField()
+    field = own
+    if not isinstance(own, VelocityField):
+        field = default_of(scenario.robot, VelocityField)
     fields = [dc.replace(field, law=law) for law in ("projected", "printed")]
     if not isinstance(scenario, Guided):
         for kind in typing.get_args(Decomposer):
             if kind is not VelocityField and not isinstance(own, kind):
-                yield kind()
+                yield default_of(scenario.robot, kind)
     yield from (one for one in fields if name_of(one) != name_of(own))

@@ -24,7 +24,7 @@ from drake_mobman.runs.run_folder import (
 from drake_mobman.runs.scenario import AnyScenario
 from drake_mobman.runs.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.runs.simulate import Run
-from drake_mobman.teleop.recorded import COMMANDS, HEADER, Recording, write_samples
+from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
 PART = "log.part"
 """The log so far: a line of JSON with the signals' sizes, then samples row by row."""
@@ -76,7 +76,7 @@ class Recorder:
         played = dc.replace(scenario, source=Recording(), duration=LONGEST)
         with new_folder(folder, FILES) as draft:
             (draft / "scenario.yaml").write_text(dump_typed(played))
-            (draft / COMMANDS).write_bytes(HEADER)
+            (draft / COMMANDS).write_bytes(header(scenario.period))
         self._commands = (folder / COMMANDS).open("ab")
         self._log = (folder / PART).open("ab")
 

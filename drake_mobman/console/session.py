@@ -9,7 +9,6 @@ import itertools
 import math
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 from pathlib import Path
@@ -24,10 +23,11 @@ from drake_mobman.console.inbox import Inbox, OperatorInput
 from drake_mobman.console.recorder import Recorder, check_recordable
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.robots.model import RobotModel
+from drake_mobman.runs.finite import check_finite, death
 from drake_mobman.runs.log import Log, drained_log
 from drake_mobman.runs.motion import hand_motion
 from drake_mobman.runs.scenario import AnyScenario, Guided
-from drake_mobman.runs.simulate import Run, check_finite
+from drake_mobman.runs.simulate import Run
 from drake_mobman.teleop.gate import Arming, GateStatus
 
 WHY = {
@@ -219,7 +219,7 @@ class LiveSession:
         simulator = Simulator(self._diagram)
         context = simulator.get_mutable_context()
         said = self._diagram.GetInputPort(signals.OPERATOR_INPUT)
-        pace = _Pace(self.scenario.period)
+        pace = _Pace(self.scenario.in_whole_steps().period)
         drained = shown = -math.inf
         self._recent = {}
         died = ""
@@ -238,8 +238,7 @@ class LiveSession:
                     shown = now
                 pace.wait()
         except (Exception, SystemExit) as error:  # Drake's assertions are the latter.
-            reason = textwrap.shorten(str(error), 200, placeholder=" ...")
-            died = f"died at t = {context.get_time():g} s: {reason}"
+            died = death(self._diagram, context, error)
         self._drain(context, pace)
         self._end_recording(pace, died)
         if died:

@@ -20,6 +20,7 @@ from drake_mobman import signals
 from drake_mobman.guidance.push import add_push
 from drake_mobman.parameters import ParameterError, checked, checked_period, positive
 from drake_mobman.scalars import Scalar, larger, where
+from drake_mobman.ticks import at_tick
 
 
 @dc.dataclass
@@ -185,6 +186,11 @@ def Pull_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter=converter)
             self.params = checked(params)
             self.period = checked_period(period)
+            # It is asked at the ticks alone.
+            self._releases = [
+                Release(at_tick(release.start, period), at_tick(release.end, period))
+                for release in params.releases
+            ]
             self.told = [
                 self.DeclareVectorInputPort(name, 3)
                 for name in (
@@ -208,7 +214,7 @@ def Pull_(T: Any) -> Any:
                 for port in self.told
             )
             force = hand_force(p_WE, v_WE, p_WH, v_WH, self.params)
-            held = grip(context.get_time(), self.params.releases)
+            held = grip(context.get_time(), self._releases)
             force = [held * f for f in force]
             state.get_mutable_vector().SetFromVector(np.array(force))
 

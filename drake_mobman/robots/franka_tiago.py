@@ -9,8 +9,14 @@ from pydrake.math import RollPitchYaw, cos, sin
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS
-from drake_mobman.base.velocity_field import Reach
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.velocity_field import Reach, VelocityField
+from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.exact import Exact
+from drake_mobman.decomposers.share import Workspace
+from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import one_of, positive
+from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.model import RobotModel, filled_urdf
 from drake_mobman.scalars import Scalar
 
@@ -38,6 +44,29 @@ class FrankaTiago:
         """Raises `ParameterError` where a length or the orientation is not one."""
         one_of(self, "orientation", ORIENTATIONS)
         positive(self, "mount")
+
+    def defaults(self) -> list[Any]:
+        """Returns what fits the robot where a scenario says nothing.
+
+        The arm is level over l = 0.25 to 0.8 m at the posture's height, but stiffens
+        towards either end.
+        """
+        return [
+            Start(l=0.58, z=-0.21),
+            Workspace(l_min=0.48, l_max=0.66, psi_min=-0.5, psi_max=0.5),
+            # Over 5 cm: authority has passed where the workspace ends.
+            Exact(alpha=60.0, phi_min=0.15, phi_max=0.5),
+            Blending(alpha=60.0),
+            VelocityField(Delta_f=0.15, Delta_r=0.1, b_d=0.3, phi_min=0.2, phi_max=0.6),
+            # Half of what the TIAGo base can do.
+            Smoother(
+                max_speed=0.5,
+                max_acceleration=1.0,
+                max_yaw_rate=1.0,
+                max_yaw_acceleration=2.0,
+            ),
+            Hand(path=[Waypoint(x=0.58, z=0.42 + self.mount)]),
+        ]
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

@@ -21,6 +21,9 @@ BASE_JOINTS = 3
 class Robot(Protocol):
     """What the scenario says of a robot, and what follows from it."""
 
+    def defaults(self) -> list[Any]:
+        """Returns what fits the robot, for `robots.defaults`, one of a kind."""
+
     def urdf(self) -> str:
         """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
 

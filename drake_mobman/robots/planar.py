@@ -1,10 +1,12 @@
 """The planar robot of Kwon et al., table 1."""
 
 import dataclasses as dc
+from typing import Any
 
 from drake_mobman.arm.planar import PlanarArm
 from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import not_negative, positive
+from drake_mobman.robots.defaults import two_links
 from drake_mobman.robots.model import filled_urdf
 
 
@@ -22,6 +24,11 @@ class Planar:
         """Raises `ParameterError` where a length is not one."""
         positive(self, "upper_link", "lower_link")
         not_negative(self, "shoulder_height")
+
+    def defaults(self) -> list[Any]:
+        """Returns what fits the robot where a scenario says nothing."""
+        links = self.upper_link, self.lower_link
+        return two_links(*links, self.shoulder_ahead, self.shoulder_height)
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

@@ -7,6 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.arm.workspace_sensor import WorkspaceSensor
+from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.kinematic import Kinematic, KinematicRobot
 from drake_mobman.robots.model import BASE_JOINTS, Robot
 from drake_mobman.robots.servo import Servo, make_servo_robot
@@ -44,6 +45,10 @@ def make_robot(
         fidelity: `Kinematic` by default.
         free_arm: see `make_servo_robot`, which alone has forces.
         as_wanted: makes of a block what goes into the diagram, as `compiled` does.
+
+    Raises:
+        ParameterError: where a parameter is not valid, or an arm is to be free at a
+            fidelity without forces.
     """
     if isinstance(fidelity, Servo):
         arm = robot.arm()
@@ -52,6 +57,8 @@ def make_robot(
         return make_servo_robot(
             robot, fidelity, start, period, sensor=sensor, free_arm=free_arm
         )
+    if free_arm:
+        raise ParameterError("free_arm", True, "must be False without forces, !Servo")
     builder = DiagramBuilder()
     body = builder.AddNamedSystem("kinematic", as_wanted(KinematicRobot(start, period)))
     sensor = builder.AddNamedSystem("sensor", as_wanted(WorkspaceSensor(robot.arm())))

@@ -1,7 +1,6 @@
 """The robot at fidelity `servo`: rigid bodies, driven by servos of bounded force."""
 
 import dataclasses as dc
-import math
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from drake_mobman.arm.workspace_sensor import WorkspaceSensor
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import ParameterError, checked, not_negative, positive
 from drake_mobman.robots.model import BASE_JOINTS, Robot
+from drake_mobman.ticks import aligned, whole_steps
 
 
 @dc.dataclass
@@ -47,9 +47,17 @@ class Servo:
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless the control period [s] is whole steps."""
-        if not math.isclose(period / self.step, round(period / self.step) or 1):
+        if not whole_steps(period, self.step):
             valid = f"must divide the control period of {period:g} s"
             raise ParameterError("step", self.step, valid)
+
+    def check_aligned(self, period: float) -> None:
+        """Raises `ParameterError` unless ticks and steps stay in step for good."""
+        self.check_period(period)
+        good_period, good_step = aligned(period, self.step)
+        if (period, self.step) != (good_period, good_step):
+            valid = f"must be {good_step!r} at a period of {good_period!r} s"
+            raise ParameterError("step", (self.step, period), f"{valid}, see `aligned`")
 
 
 class ServoRobot:
@@ -123,7 +131,8 @@ def make_servo_robot(
         robot: which one.
         servo: step and gains.
         start: positions (3 + n,) of base and arm.
-        period: control period [s], a multiple of the plant's step.
+        period: control period [s], a multiple of the plant's step to the last bit, as
+            `ticks.aligned` makes it.
         free_arm: whether the arm is free and compensated for gravity, to be pulled by
             hand, instead of driven at `arm_velocity_command`.
         sensor: tells `workspace` and `p_BT`; a `WorkspaceSensor` unless given.
@@ -131,7 +140,7 @@ def make_servo_robot(
     Raises:
         ParameterError: where a parameter is not valid.
     """
-    checked(servo).check_period(period)
+    checked(servo).check_aligned(period)
     body = ServoRobot(robot, servo, free_arm=free_arm)
     plant = body.plant
     plant.SetDefaultPositions(np.array(start))

@@ -2,12 +2,14 @@
 
 import dataclasses as dc
 import math
+from typing import Any
 
-from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS
 from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import not_negative, one_of, positive
+from drake_mobman.robots.defaults import two_links
 from drake_mobman.robots.model import RobotModel, filled_urdf
 
 POSTURE = (0.0, math.pi / 4, -math.pi / 2, 0.0, math.pi / 4, 0.0)
@@ -33,6 +35,11 @@ class Spatial:
         one_of(self, "orientation", ORIENTATIONS)
         positive(self, "upper_link", "lower_link", "hand")
         not_negative(self, "shoulder_height")
+
+    def defaults(self) -> list[Any]:
+        """Returns what fits the robot where a scenario says nothing."""
+        links = self.upper_link, self.lower_link
+        return two_links(*links, self.shoulder_ahead, self.shoulder_height)
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""
@@ -61,7 +68,8 @@ class Spatial:
         arm = SpatialArm(self.upper_link, self.lower_link, self.hand, self._p_BS)
         if self.orientation == "reach":
             return arm
-        return JacobianArm(RobotModel(self).plant, POSTURE, p_BT=arm.p_BT)
+        damping = Damping(length=self.hand)
+        return JacobianArm(RobotModel(self).plant, POSTURE, damping, p_BT=arm.p_BT)
 
     @property
     def _p_BS(self) -> tuple[float, float, float]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from drake_mobman.diagrams.teleop import make_decomposer
 from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.robots.defaults import default_of
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.figures.comparison import draw_comparison
 from drake_mobman.runs.metrics import metrics
@@ -68,8 +69,8 @@ def with_each(
 ) -> dict[str, Teleop]:
     """Returns the scenario with each of the decomposers, by name.
 
-    The one that it names itself keeps its parameters; the others have their defaults,
-    but for how sharply authority passes, which goes by the size of the workspace.
+    The one that it names itself keeps its parameters; the others fit the robot, but for
+    how sharply authority passes, which goes by the size of the workspace.
 
     Raises:
         ScenarioError: where nobody commands the hand, or where a decomposer does not
@@ -82,7 +83,7 @@ def with_each(
     variants = {}
     for name, kind in decomposers.items():
         try:
-            params = _like(scenario.decomposer, kind)
+            params = _like(scenario.decomposer, default_of(scenario.robot, kind))
             # A recorded operator has no other to choose.
             variant = dc.replace(scenario, decomposer=params, alternatives=[])
             make_decomposer(checked(variant), model)
@@ -92,12 +93,13 @@ def with_each(
     return variants
 
 
-def _like(own: Any, kind: type) -> Any:
-    """Returns `own` if it is of a kind, else that kind's defaults, as sharp as it."""
-    if isinstance(own, kind):
+def _like(own: Any, other: Any) -> Any:
+    """Returns `own` if it is of the other's kind, else the other, as sharp as it."""
+    if isinstance(own, type(other)):
         return own
-    sharpness = {"alpha", "beta"} & {f.name for f in dc.fields(kind)}
-    return kind(**{key: getattr(own, key) for key in sharpness if hasattr(own, key)})
+    sharpness = {"alpha", "beta"} & {f.name for f in dc.fields(other)}
+    same = {key: getattr(own, key) for key in sharpness if hasattr(own, key)}
+    return dc.replace(other, **same)
 
 
 @dc.dataclass

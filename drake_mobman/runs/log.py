@@ -12,6 +12,9 @@ from drake_mobman import signals
 Log = dict[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
 
+_STATE = (signals.BASE_POSE, signals.ARM_POSITION)
+"""What all other signals follow from."""
+
 _NAME = "log"
 
 
@@ -53,11 +56,27 @@ def drained_log(diagram: Diagram, context: Any) -> Log:
 
 
 def until_not_finite(log: Log) -> Log:
-    """Returns the log up to its first sample that holds a NaN or an infinity.
+    """Returns the log up to its first sample that holds a NaN or an infinity."""
+    found = first_not_finite(log)
+    return {name: x[: found[0]] for name, x in log.items()} if found else log
 
-    But for `operator_input`, which holds whatever the operator's device says.
+
+def first_not_finite(log: Log) -> tuple[int, str] | None:
+    """Returns the first sample that holds a NaN or an infinity, and which signal does.
+
+    Of several signals, one that others follow from. None where all are finite, but for
+    `operator_input`, which holds whatever the operator's device says.
     """
-    ours = [x for name, x in log.items() if name != signals.OPERATOR_INPUT]
-    finite = np.all([np.isfinite(x.T).T.reshape(len(x), -1).all(1) for x in ours], 0)
-    complete = len(finite) if finite.all() else int(np.argmin(finite))
-    return {name: x[:complete] for name, x in log.items()}
+    firsts = {}
+    for name in names_in_order(log):
+        finite = np.isfinite(log[name]).reshape(len(log[name]), -1).all(1)
+        if not finite.all():
+            firsts[name] = int(np.argmin(finite))
+    name = min(firsts, key=firsts.__getitem__, default="")
+    return (firsts[name], name) if firsts else None
+
+
+def names_in_order(named: Mapping[str, Any]) -> list[str]:
+    """Returns the names of signals to be finite, the robot's state before the rest."""
+    names = [name for name in named if name != signals.OPERATOR_INPUT]
+    return sorted(names, key=lambda name: name not in _STATE)

@@ -18,7 +18,7 @@ from drake_mobman.runs.figures import draw_figures
 from drake_mobman.runs.metrics import metrics
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import Run
-from drake_mobman.teleop.recorded import COMMANDS, HEADER, Recording, write_samples
+from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
 RUN = (
     "scenario.yaml",
@@ -125,7 +125,7 @@ def write_run(run: Run, folder: Path) -> dict[str, Any]:
     if isinstance(getattr(scenario, "source", None), Recording):
         scenario = dc.replace(scenario, source=Recording())
         with (folder / COMMANDS).open("wb") as file:
-            file.write(HEADER)
+            file.write(header(run.scenario.period))
             write_samples(file, run.log[signals.OPERATOR_INPUT])
     (folder / "scenario.yaml").write_text(dump_typed(scenario))
     np.savez_compressed(folder / "log.npz", **run.log)  # type: ignore[arg-type]

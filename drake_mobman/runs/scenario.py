@@ -6,15 +6,18 @@ Layers, later over earlier: the defaults below, the scenario's file, overrides g
 
 import dataclasses as dc
 import math
+import typing
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
+
+from pydrake.common.yaml import yaml_load_typed
 
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.velocity_field import VelocityField, check_zones
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.diff_ik import DiffIk
 from drake_mobman.decomposers.exact import Exact
@@ -23,13 +26,28 @@ from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
 from drake_mobman.guidance.guiding_hand import Hand, peak_speed
 from drake_mobman.parameters import ParameterError, one_of, positive
+from drake_mobman.robots.defaults import Start, own
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.model import Robot, RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.runs.schema import load_typed, load_yaml, with_override
+from drake_mobman.runs.fit import (
+    REACHED,
+    check_base,
+    check_controllers,
+    check_joints,
+    check_workspace,
+)
+from drake_mobman.runs.layers import with_defaults
+from drake_mobman.runs.schema import (
+    dump_yaml,
+    load_typed,
+    load_yaml,
+    plain,
+    with_override,
+)
 from drake_mobman.teleop.choice import Change
 from drake_mobman.teleop.drag import Drag
 from drake_mobman.teleop.gate import Gate
@@ -37,18 +55,7 @@ from drake_mobman.teleop.guard import Guard
 from drake_mobman.teleop.live import Operator
 from drake_mobman.teleop.recorded import Recording
 from drake_mobman.teleop.scripted import Script
-
-
-@dc.dataclass
-class Start:
-    """Where base and hand are at time 0."""
-
-    l: float = 1.0  # Reach of the hand from the shoulder's axis [m].
-    psi: float = 0.0  # Angle of the reach in the base's axes [rad].
-    z: float = 0.0  # Height of the hand above the shoulder [m].
-    x: float = 0.0  # Base in W [m].
-    y: float = 0.0  # Base in W [m].
-    theta: float = 0.0  # Heading of the base in W [rad].
+from drake_mobman.ticks import aligned
 
 
 @dc.dataclass
@@ -61,6 +68,10 @@ class Planned:
     """The hand that pulls goes along its own path."""
 
 
+OF_ROBOT: Any = None
+"""Stands for what the robot brings along, until a scenario is made."""
+
+
 @dc.dataclass
 class Scenario:
     """A robot, where it starts, and for how long: what all scenarios say."""
@@ -71,9 +82,30 @@ class Scenario:
     fidelity: Kinematic | Servo = dc.field(default_factory=Kinematic)
     compiled: bool = False  # Whether blocks run without Python where that goes.
     robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=Planar)
-    start: Start = dc.field(default_factory=Start)
-    workspace: Workspace = dc.field(default_factory=Workspace)
-    smoother: Smoother = dc.field(default_factory=lambda: Smoother(enabled=False))
+    start: Start = OF_ROBOT
+    workspace: Workspace = OF_ROBOT
+    smoother: Smoother = OF_ROBOT
+
+    def __post_init__(self) -> None:
+        """Takes from the robot what is not given."""
+        own = self.own(self.robot)
+        for field in dc.fields(self):
+            if getattr(self, field.name) is OF_ROBOT:
+                kind: Any = (typing.get_args(field.type) or (field.type,))[0]
+                setattr(self, field.name, own.get(kind) or kind())
+
+    @classmethod
+    def own(cls, robot: Robot) -> dict[type, Any]:
+        """Returns what the robot brings to such a scenario, by its class."""
+        return own(robot)
+
+    @classmethod
+    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Returns YAML data of such a scenario with what it leaves to its robot."""
+        named = {key: value for key, value in data.items() if key == "robot"}
+        robot = yaml_load_typed(schema=cls, data=dump_yaml(named)).robot
+        given = with_defaults(data, cls, cls.own(robot))
+        return plain(cls(robot=robot), cls) | given
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
@@ -87,7 +119,21 @@ class Scenario:
                 self.fidelity.check_period(self.period)
             except ParameterError as error:
                 raise error.below("fidelity") from None
-        self.start_position(RobotModel(self.robot))
+        model = RobotModel(self.robot)
+        self.start_position(model)
+        check_workspace(self.workspace, self.start, self.robot.arm(), model)
+        check_base(self.smoother, "smoother", model)
+
+    def in_whole_steps(self) -> Self:
+        """Returns the same with its period whole steps of the plant to the last bit.
+
+        So it is simulated; the two are a few bits off what was asked for, at most.
+        """
+        if not isinstance(self.fidelity, Servo):
+            return self
+        period, step = aligned(self.period, self.fidelity.step)
+        fidelity = dc.replace(self.fidelity, step=step)
+        return dc.replace(self, period=period, fidelity=fidelity)
 
     def start_position(self, model: RobotModel) -> list[float]:
         """Returns the positions (3 + n,) of base and arm at the start.
@@ -101,17 +147,12 @@ class Scenario:
         q = arm.inverse(hand)
         nearest = arm.workspace(q)
         # An arm that is out of reach stands at the nearest point that it reaches.
-        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > 1e-9:
+        if max(abs(a - b) for a, b in zip(nearest, hand, strict=True)) > REACHED:
             l, psi, z = (round(x, 4) + 0.0 for x in nearest)
             valid = f"out of reach; the nearest is l = {l}, psi = {psi}, z = {z}"
             named = dict(zip(("l", "psi", "z"), hand, strict=True))
             raise ParameterError("start", named, valid)
-        for name, angle, low, high in zip(
-            model.arm_joints, q, model.limits.lower, model.limits.upper, strict=True
-        ):
-            if not low <= angle <= high:
-                valid = f"must keep joint {name} within [{low:g}, {high:g}] rad"
-                raise ParameterError("start", f"{name} = {angle:.4g} rad", valid)
+        check_joints(q, "start", model)
         return [at.x, at.y, at.theta, *q]
 
 
@@ -124,9 +165,9 @@ class Teleop(Scenario):
     """An operator commands the hand; a decomposer tells base and arm what to do."""
 
     source: Script | External | Operator | Recording = dc.field(default_factory=Script)
-    guard: Guard = dc.field(default_factory=Guard)
+    guard: Guard = OF_ROBOT
     gate: Gate = dc.field(default_factory=Gate)  # Of a live or recorded operator.
-    decomposer: Decomposer = dc.field(default_factory=Exact)
+    decomposer: Decomposer = OF_ROBOT
     # What a live operator may choose instead, while driving.
     alternatives: list[Decomposer] = dc.field(default_factory=list)
     change: Change = dc.field(default_factory=Change)
@@ -142,7 +183,7 @@ class Teleop(Scenario):
         """Raises `ParameterError` unless it can be run."""
         one_of(self, "inverse", INVERSES)
         super().check()
-        _check_fields(self.controllers, "decomposer", self.robot)
+        check_controllers(self.controllers, "decomposer", self.robot)
         if any(isinstance(one, Qp) for one in self.controllers) and isinstance(
             self.robot.arm(), JacobianArm
         ):
@@ -156,17 +197,23 @@ class Guided(Scenario):
 
     fidelity: Kinematic | Servo = dc.field(default_factory=Servo)
     robot: Planar | Spatial | FrankaTiago = dc.field(default_factory=FrankaTiago)
-    start: Start = dc.field(default_factory=lambda: Start(l=0.58, z=-0.21))
-    smoother: Smoother = dc.field(default_factory=Smoother)
     source: Planned | Operator | Recording = dc.field(default_factory=Planned)
-    guard: Guard = dc.field(default_factory=Guard)  # Of an operator who leads the hand.
+    guard: Guard = OF_ROBOT  # Of an operator who leads the hand.
     gate: Gate = dc.field(default_factory=Gate)  # The same.
-    hand: Hand = dc.field(default_factory=Hand)
+    hand: Hand = OF_ROBOT
     drag: Drag = dc.field(default_factory=Drag)  # Of an operator who pulls elsewhere.
-    field: VelocityField = dc.field(default_factory=VelocityField)
+    field: VelocityField = OF_ROBOT
     # What a live operator may choose instead, while driving.
     alternatives: list[VelocityField] = dc.field(default_factory=list)
     change: Change = dc.field(default_factory=Change)
+
+    @classmethod
+    def own(cls, robot: Robot) -> dict[type, Any]:
+        """Returns what the robot brings to such a scenario, by its class."""
+        brought = super().own(robot)
+        smoother = brought.get(Smoother) or Smoother()
+        # The field jumps where its zones meet.
+        return brought | {Smoother: dc.replace(smoother, enabled=True)}
 
     @property
     def controllers(self) -> list[Any]:
@@ -179,7 +226,7 @@ class Guided(Scenario):
             valid = "must be !Servo, a hand pulls by force"
             raise ParameterError("fidelity", "!Kinematic", valid)
         super().check()
-        _check_fields(self.controllers, "field", self.robot)
+        check_controllers(self.controllers, "field", self.robot)
         self._check_hand()
         self._check_path()
 
@@ -229,20 +276,6 @@ _GRASP = 0.05
 """How far from the tool a hand may take hold of it [m]."""
 
 
-def _check_fields(controllers: list[Any], key: str, robot: Robot) -> None:
-    """Raises `ParameterError` where one is a field that leaves the arm no room.
-
-    The first stands at `key`, the others among the alternatives.
-    """
-    for i, params in enumerate(controllers):
-        if isinstance(params, VelocityField):
-            try:
-                check_zones(params, robot.reach())
-            except ParameterError as error:
-                at = f"alternatives[{i - 1}]" if i else key
-                raise error.below(at) from None
-
-
 AnyScenario = Teleop | Guided
 """A scenario's file says which by a tag at its top; `!Teleop` may be left out."""
 
@@ -267,7 +300,7 @@ def played_back(scenario: AnyScenario, folder: Path) -> AnyScenario:
         return scenario
     source = scenario.source.in_folder(folder)
     try:
-        last = len(source.samples()) - 1
+        last = len(source.samples(scenario.period)) - 1
     except ParameterError as error:
         raise error.below("source") from None
     duration = min(scenario.duration, last * scenario.period)

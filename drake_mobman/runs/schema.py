@@ -76,17 +76,18 @@ def dump_yaml(data: Any) -> str:
 
 def dump_typed(obj: Any) -> str:
     """Returns a dataclass as YAML: every field, a tag at every union and at the top."""
-    return dump_yaml({TAG: f"!{type(obj).__name__}"} | _plain(obj, type(obj)))
+    return dump_yaml({TAG: f"!{type(obj).__name__}"} | plain(obj, type(obj)))
 
 
-def _plain(obj: Any, schema: Any) -> Any:
+def plain(obj: Any, schema: Any) -> Any:
+    """Returns an instance of `schema` as YAML data, with `_tag` at every union."""
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
-        return [_plain(item, members[0]) for item in obj]
+        return [plain(item, members[0]) for item in obj]
     if not dc.is_dataclass(obj):
         return obj
     tag = {TAG: f"!{type(obj).__name__}"} if members else {}
-    return tag | {f.name: _plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
+    return tag | {f.name: plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
 
 
 def with_override(data: Any, path: str, value: Any) -> Any:
@@ -122,6 +123,8 @@ def load_typed(schema: Any, data: Any) -> Any:
         (schema,) = (member for member in members if member.__name__ == tag)
     else:
         data = _conformed(data, schema, "")
+    if hasattr(schema, "completed"):
+        data = schema.completed(data)  # What it leaves out is not for itself to say.
     return checked(yaml_load_typed(schema=schema, data=dump_yaml(data)))
 
 

@@ -1,7 +1,6 @@
 """Runs a scenario headless, and times its control tick."""
 
 import dataclasses as dc
-import textwrap
 import time
 from collections.abc import Callable
 from typing import Any
@@ -11,8 +10,10 @@ from pydrake.systems.analysis import Simulator
 
 from drake_mobman import signals
 from drake_mobman.diagrams import make_diagram
+from drake_mobman.runs.finite import FAILURES, check_finite, death, death_by_log
 from drake_mobman.runs.log import Log, read_log, until_not_finite
 from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.ticks import at_tick, last_tick
 
 _CHUNK = 10
 """Control periods between two looks at progress and at the state's finiteness."""
@@ -51,34 +52,28 @@ def simulate(
     start = time.perf_counter()
     try:
         simulator.Initialize()
-        for end in _chunk_ends(scenario):
+        for end in _chunk_ends(scenario.in_whole_steps()):
             simulator.AdvanceTo(end)
             check_finite(diagram, context)
             if progress:
                 progress(end)
     except KeyboardInterrupt:
         died, interrupted = f"interrupted at t = {context.get_time():g} s", True
-    except (RuntimeError, ArithmeticError, ValueError) as error:
-        reason = textwrap.shorten(str(error), 200, placeholder=" ...")
-        died = f"died at t = {context.get_time():g} s: {reason}"
+    except FAILURES as error:
+        died = death(diagram, context, error)
     wall_time = time.perf_counter() - start
-    log = until_not_finite(read_log(diagram, context))
+    log = read_log(diagram, context)
+    died = death_by_log(log, died)
+    log = until_not_finite(log)
     ticks = np.zeros(0) if died else _tick_times(scenario, make())
     return Run(scenario, log, wall_time, ticks, died, interrupted)
 
 
 def _chunk_ends(scenario: AnyScenario) -> list[float]:
     """Returns times to advance to: whole periods, then the end [s]."""
-    periods = round(scenario.duration / scenario.period)
-    ends = [k * scenario.period for k in range(_CHUNK, periods, _CHUNK)]
-    return [*(end for end in ends if end < scenario.duration), scenario.duration]
-
-
-def check_finite(diagram: Any, context: Any) -> None:
-    """Raises `ArithmeticError` unless the robot's state is finite."""
-    for name in (signals.BASE_POSE, signals.ARM_POSITION):
-        if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
-            raise ArithmeticError(f"{name} is not finite any more")
+    duration, period = scenario.duration, scenario.period
+    ticks = range(_CHUNK, last_tick(duration, period), _CHUNK)
+    return [*(k * period for k in ticks), at_tick(duration, period)]
 
 
 def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.ndarray:
@@ -88,6 +83,7 @@ def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.
     commands. It is timed in a run of its own, without loggers, which would have had all
     signals evaluated before the clock starts.
     """
+    scenario = scenario.in_whole_steps()
     diagram = make_diagram(scenario, decomposer=decomposer, logged=False)
     simulator = Simulator(diagram)
     simulator.Initialize()
@@ -100,7 +96,7 @@ def _tick_times(scenario: AnyScenario, decomposer: Any, most: int = 1000) -> np.
         )
     )
     times = []
-    for k in range(min(most, round(scenario.duration / scenario.period))):
+    for k in range(min(most, last_tick(scenario.duration, scenario.period))):
         simulator.AdvanceTo(k * scenario.period)
         for port in given:
             port.Eval(context)

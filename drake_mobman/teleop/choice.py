@@ -9,7 +9,7 @@ from pydrake.systems.framework import InputPortIndex, LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import checked, checked_period, positive
-from drake_mobman.scalars import Scalar, smoothstep
+from drake_mobman.scalars import Scalar, nearer_to_rest, smoothstep
 from drake_mobman.teleop.live import SIZE, OperatorSample
 
 
@@ -45,7 +45,7 @@ def next_handover(last: Handover, choice: float, count: int, step: float) -> Han
         step: by which the weight grows in a period.
     """
     if last.weight < 1:
-        return last._replace(weight=min(last.weight + step, 1.0))
+        return last._replace(weight=1.0 - nearer_to_rest(1.0 - last.weight, step))
     if choice != last.now and choice in range(count):
         return Handover(before=last.now, now=int(choice), weight=0.0)
     return last._replace(before=last.now)

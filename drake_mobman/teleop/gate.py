@@ -15,7 +15,13 @@ from pydrake.systems.framework import LeafSystem
 from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked, checked_period, positive
 from drake_mobman.teleop.drag import NO_BODY, NOTHING, Draggable, drag_status
-from drake_mobman.teleop.guard import Guard, GuardStatus, braked, command_status
+from drake_mobman.teleop.guard import (
+    Guard,
+    GuardStatus,
+    braked,
+    command_status,
+    cut_off,
+)
 from drake_mobman.teleop.live import SIZE, OperatorSample
 
 
@@ -195,7 +201,7 @@ class CommandGate(LeafSystem):
         last = GateState(Arming(int(arming)), GateStatus(int(status)))
         state = next_state(last, said, self.params, self.guard, self.draggable)
         if state.arming == Arming.ARMED:
-            return list(said.command), state
+            return cut_off(said.command, self.guard), state
         return braked(passed, self.guard, self.period), state
 
     def _calc_passed(self, context: Any, output: Any) -> None:

@@ -2,8 +2,6 @@
 
 import dataclasses as dc
 import enum
-import functools
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,7 +11,13 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import checked, checked_period, not_negative, positive
-from drake_mobman.scalars import Scalar, larger, saturated, where
+from drake_mobman.scalars import (
+    Scalar,
+    is_finite,
+    nearer_to_rest,
+    saturated,
+    where,
+)
 
 
 class GuardStatus(enum.IntEnum):
@@ -44,16 +48,27 @@ class Guard:
         return self.max_v_c, self.max_omega_c, self.max_v_z
 
 
+_ROUNDING = 1e-9
+"""Share of a limit by which a command may be over it and still counts as at it."""
+
+
 def command_status(command: Sequence[Scalar], guard: Guard) -> Scalar:
     """Returns why `command` (3,) may not pass, a `GuardStatus`, or OK.
 
-    An `Expression` counts as finite: where one is evaluated, Drake refuses a NaN.
+    Over its range is one that is so by more than rounding: a script that leads up to
+    the very limit may end a bit or two beyond.
     """
-    if not all(math.isfinite(c) for c in command if isinstance(c, float)):
-        return GuardStatus.NOT_FINITE
-    excess = (abs(c) - most for c, most in zip(command, guard.largest, strict=True))
-    over, ok = GuardStatus.OVER_RANGE, GuardStatus.OK
-    return where(functools.reduce(larger, excess) > 0, float(over), float(ok))
+    over = not_finite = 0.0
+    for c, most in zip(command, guard.largest, strict=True):
+        over = where(abs(c) <= most * (1 + _ROUNDING), over, 1.0)
+        not_finite = where(is_finite(c), not_finite, 1.0)
+    in_finite = where(over > 0, float(GuardStatus.OVER_RANGE), float(GuardStatus.OK))
+    return where(not_finite > 0, float(GuardStatus.NOT_FINITE), in_finite)
+
+
+def cut_off(command: Sequence[Scalar], guard: Guard) -> list[Scalar]:
+    """Returns a command that may pass, without what rounding has put on its range."""
+    return [saturated(c, most) for c, most in zip(command, guard.largest, strict=True)]
 
 
 def braked(passed: Sequence[Scalar], guard: Guard, period: float) -> list[Scalar]:
@@ -62,7 +77,7 @@ def braked(passed: Sequence[Scalar], guard: Guard, period: float) -> list[Scalar
         return [0.0, 0.0, 0.0]
     share = period / guard.stop_time
     return [
-        c - saturated(c, most * share)
+        nearer_to_rest(c, most * share)
         for c, most in zip(passed, guard.largest, strict=True)
     ]
 
@@ -120,7 +135,8 @@ def CommandGuard_(T: Any) -> Any:
                 [last.GetAtIndex(i) for i in range(3)], self.params, self.period
             )
             ok = command_status(raw, self.params) == GuardStatus.OK
-            passed = [where(ok, c, b) for c, b in zip(raw, stop, strict=True)]
+            good = cut_off(raw, self.params)
+            passed = [where(ok, c, b) for c, b in zip(good, stop, strict=True)]
             output.SetFromVector(np.array(passed))
 
         def _calc_status(self, context: Any, output: Any) -> None:

@@ -1,6 +1,9 @@
 """An operator's session, played back: what was said, sample by sample."""
 
 import dataclasses as dc
+import math
+import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -15,17 +18,26 @@ COMMANDS = "commands.bin"
 """The file's name in a run folder."""
 
 
-def _header(size: int) -> bytes:
+def header(period: float) -> bytes:
+    """Returns the first line of the file of a recording at this period [s].
+
+    After it, samples (N, SIZE) row by row, one a period from time 0 on, as numbers of 8
+    bytes, little-endian: read whole up to wherever it ends.
+    """
+    return _named(SIZE) + f"; period {period!r} s\n".encode()
+
+
+def _named(size: int) -> bytes:
     names = ", ".join(OperatorSample._fields[:size])
-    return f"{signals.OPERATOR_INPUT}: {names}; <f8\n".encode()
+    return f"{signals.OPERATOR_INPUT}: {names}; <f8".encode()
 
 
-HEADER = _header(SIZE)
-"""First line of the file. After it, samples (N, SIZE) row by row, one a period from
-time 0 on, as numbers of 8 bytes, little-endian: read whole up to wherever it ends."""
+_SIZES = {_named(size): size for size in (SIZE, 7)}
+"""Of samples, by what the header says of them; the second is of before anything could
+be dragged."""
 
-_HEADERS = {SIZE: HEADER, 7: _header(7)}
-"""By the samples' size; the second is of before anything could be dragged."""
+_HEADER = re.compile(rb"([^\n]*; <f8)(?:; period (\d+(?:\.\d+)?(?:e[+-]?\d+)?) s)?\n")
+"""What is in a sample, and the period, which was not told at first."""
 
 
 @dc.dataclass
@@ -43,13 +55,23 @@ class Recording:
         """Returns the same with its path from wherever the program runs."""
         return Recording(str((folder / self.file).resolve()))
 
-    def samples(self) -> Any:
+    def samples(self, period: float) -> Any:
         """Returns `operator_input` at each period from time 0 on (N, SIZE), N >= 2.
 
+        Args:
+            period: to play it back at [s].
+
         Raises:
-            ParameterError: where the file cannot be read, or holds no recording.
+            ParameterError: where the file cannot be read, or holds no recording, or one
+                at another period, which would be played back too slow or too fast.
         """
-        return read_samples(Path(self.file))
+        path = Path(self.file)
+        samples = read_samples(path)
+        recorded = recorded_period(path)
+        if recorded is not None and not math.isclose(period, recorded):
+            valid = f"must be played back at its own period of {recorded!r} s"
+            raise ParameterError("file", self.file, f"{valid}, not at {period!r} s")
+        return samples
 
 
 def write_samples(file: BinaryIO, samples: Any) -> None:
@@ -69,10 +91,10 @@ def read_samples(path: Path) -> Any:
     except OSError as error:
         why = f"cannot be read, {error.strerror}; {valid}"
         raise ParameterError("file", str(path), why) from None
-    size = next((n for n, line in _HEADERS.items() if data.startswith(line)), None)
-    if size is None:
+    first = _HEADER.match(data)
+    if first is None or first[1] not in _SIZES:
         raise ParameterError("file", str(path), valid)
-    start = len(_HEADERS[size])
+    size, start = _SIZES[first[1]], first.end()
     rows = (len(data) - start) // (8 * size)
     if rows < 2:
         raise ParameterError("file", str(path), f"{valid} of one period or more")
@@ -80,6 +102,22 @@ def read_samples(path: Path) -> Any:
     said = np.frombuffer(data, "<f8", rows * size, start)
     samples[:, :size] = said.reshape(rows, size)
     return samples
+
+
+def recorded_period(path: Path) -> float | None:
+    """Returns the period of the recording in a file [s]; None if nobody knows it.
+
+    A file of before it told this has, in its run folder, a scenario that does.
+    """
+    with suppress(OSError, ValueError):
+        with path.open("rb") as file:
+            first = _HEADER.match(file.readline())
+        if first and first[2]:
+            return float(first[2])
+        scenario = path.with_name("scenario.yaml").read_text()
+        if said := re.search(r"^period: *(\S+)", scenario, re.MULTILINE):
+            return float(said[1])
+    return None
 
 
 class RecordedSource(LeafSystem):

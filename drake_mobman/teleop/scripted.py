@@ -8,6 +8,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.ticks import at_tick
 
 _SHORTEST = 1e-6
 """Of segments [s]: over hours, two times nearer than this may be one float."""
@@ -64,16 +65,24 @@ class Script:
             raise ParameterError("repeat", self.repeat, "must be 1 or more")
 
 
-def script_trajectory(script: Script) -> PiecewisePolynomial:
+def script_trajectory(
+    script: Script, period: float | None = None
+) -> PiecewisePolynomial:
     """Returns the commands (3,) over time [s] that `script` describes.
 
     At the border of two segments the later one counts. After the last one, and where
     there is none, the command is zero.
+
+    Args:
+        script: what to command when.
+        period: of the ticks that it is sampled at [s]; a border that is meant to be at
+            a tick is at it, whatever rounding makes of the durations' sum.
     """
     end, value = 0.0, [0.0, 0.0, 0.0]
     pieces = []
     for segment in script.segments * script.repeat:
         start, end = end, end + segment.duration
+        end = end if period is None else at_tick(end, period)
         target = [segment.v_c, segment.omega_c, segment.v_z]
         if isinstance(segment, Smooth):
             knots = [[a, b] for a, b in zip(value, target, strict=True)]
@@ -103,16 +112,16 @@ class ScriptedSource(Diagram):
 
     Args:
         script: what to command when.
+        period: of the ticks that it is sampled at [s]; see `script_trajectory`.
 
     Raises:
         ParameterError: where a segment is not valid.
     """
 
-    def __init__(self, script: Script) -> None:
+    def __init__(self, script: Script, period: float | None = None) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        source = builder.AddNamedSystem(
-            "trajectory", TrajectorySource(script_trajectory(checked(script)))
-        )
+        trajectory = script_trajectory(checked(script), period)
+        source = builder.AddNamedSystem("trajectory", TrajectorySource(trajectory))
         builder.ExportOutput(source.get_output_port(), signals.EE_COMMAND)
         builder.BuildInto(self)

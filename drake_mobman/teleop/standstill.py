@@ -11,7 +11,7 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import checked, checked_period
-from drake_mobman.scalars import Scalar, larger
+from drake_mobman.scalars import Scalar, nearer_to_rest
 from drake_mobman.teleop.gate import GateStatus
 from drake_mobman.teleop.guard import Guard
 
@@ -23,7 +23,7 @@ def next_share(share: Scalar, is_open: bool, guard: Guard, period: float) -> Sca
     """
     if is_open:
         return 1.0
-    return larger(share - period / max(guard.stop_time, period), 0.0)
+    return nearer_to_rest(share, period / max(guard.stop_time, period))
 
 
 class Standstill(LeafSystem):

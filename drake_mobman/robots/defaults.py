@@ -1,0 +1,80 @@
+"""What a robot brings along: parameters that fit it, where a scenario says nothing."""
+
+import dataclasses as dc
+from typing import Any, Protocol, TypeVar
+
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.velocity_field import VelocityField
+from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.exact import Exact
+from drake_mobman.decomposers.share import Workspace
+from drake_mobman.guidance.guiding_hand import Hand, Waypoint
+from drake_mobman.parameters import ParameterError, checked
+
+T = TypeVar("T")
+
+
+@dc.dataclass
+class Start:
+    """Where base and hand are at time 0."""
+
+    l: float = 1.0  # Reach of the hand from the shoulder's axis [m].
+    psi: float = 0.0  # Angle of the reach in the base's axes [rad].
+    z: float = 0.0  # Height of the hand above the shoulder [m].
+    x: float = 0.0  # Base in W [m].
+    y: float = 0.0  # Base in W [m].
+    theta: float = 0.0  # Heading of the base in W [rad].
+
+
+class Bringing(Protocol):
+    """A robot that has parameters of its own."""
+
+    def defaults(self) -> list[Any]:
+        """Returns what fits the robot: dataclasses of parameters, one of a kind."""
+
+
+def own(robot: Bringing) -> dict[type, Any]:
+    """Returns the robot's own parameters by their class.
+
+    None of a robot that is not valid, as when it is refused later.
+    """
+    try:
+        brought = checked(robot).defaults()
+    except ParameterError:
+        return {}
+    return {type(params): params for params in brought}
+
+
+def default_of(robot: Bringing, kind: type[T]) -> T:
+    """Returns the robot's own parameters of a kind, or that kind's defaults."""
+    return own(robot).get(kind) or kind()
+
+
+def two_links(
+    upper: float, lower: float, ahead: float, height: float, body: float = 0.3
+) -> list[Any]:
+    """Returns what fits an arm of two links on a base: Kwon's table 1, to scale.
+
+    His arm is 2 m long and works from 0.4 to 1.6 m.
+
+    Args:
+        upper: from shoulder to elbow [m].
+        lower: from elbow to wrist or tip [m].
+        ahead: of the shoulder from the base's centre [m].
+        height: of the shoulder above the floor [m].
+        body: what the field keeps the hand off, b_d [m].
+    """
+    nearest, room = abs(upper - lower), upper + lower - abs(upper - lower)
+    l = nearest + 0.5 * room
+    l_min, l_max = nearest + 0.2 * room, nearest + 0.8 * room
+    sharpness = 42.0 / room
+    return [
+        Start(l=l),
+        Workspace(l_min=l_min, l_max=l_max),
+        Smoother(enabled=False),  # As in the paper.
+        Exact(alpha=sharpness),
+        Blending(alpha=sharpness),
+        # The base comes along from l_max on.
+        VelocityField(Delta_f=upper + lower - l_max, b_d=body),
+        Hand(path=[Waypoint(x=ahead + l, z=height)]),
+    ]
