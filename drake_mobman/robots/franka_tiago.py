@@ -10,7 +10,7 @@ from pydrake.math import cos, sin
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS
 from drake_mobman.base.velocity_field import Reach
-from drake_mobman.parameters import one_of, positive
+from drake_mobman.parameters import Range, one_of, within
 from drake_mobman.robots.model import RobotModel, filled_urdf
 from drake_mobman.scalars import Scalar
 
@@ -34,7 +34,7 @@ class FrankaTiago:
     def check(self) -> None:
         """Raises `ParameterError` where a length or the orientation is not one."""
         one_of(self, "orientation", ORIENTATIONS)
-        positive(self, "mount")
+        within(self, Range(0.01, 2.0, "m"), "mount")
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

@@ -21,8 +21,21 @@ from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.qp import Qp
 from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
+from drake_mobman.files import read_file
 from drake_mobman.guidance.guiding_hand import Hand, peak_speed
-from drake_mobman.parameters import ParameterError, one_of, positive
+from drake_mobman.parameters import (
+    ANGLE,
+    PERIOD,
+    PLACE,
+    REACH,
+    SPEED,
+    TIME,
+    ParameterError,
+    Range,
+    one_of,
+    quoted,
+    within,
+)
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.model import Robot, RobotModel
@@ -49,6 +62,12 @@ class Start:
     x: float = 0.0  # Base in W [m].
     y: float = 0.0  # Base in W [m].
     theta: float = 0.0  # Heading of the base in W [rad].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless it is in the world; the arm knows its own."""
+        within(self, Range(-REACH.high, REACH.high, "m"), "l", "z")
+        within(self, PLACE, "x", "y")
+        within(self, ANGLE, "psi", "theta")
 
 
 @dc.dataclass
@@ -77,7 +96,8 @@ class Scenario:
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
-        positive(self, "period", "duration")
+        within(self, PERIOD, "period")
+        within(self, TIME, "duration")
         if self.duration < self.period:
             raise ParameterError(
                 "duration", self.duration, f"must be at least period = {self.period!r}"
@@ -190,8 +210,9 @@ class Guided(Scenario):
             if damping > most:
                 valid = f"must be at most {most:g} at a period of {self.period:g} s"
                 raise ParameterError(f"{name}.damping", damping, valid)
-        speed, fastest = peak_speed(self.hand), self.smoother.max_speed
-        if self.smoother.enabled and speed > fastest:
+        speed = peak_speed(self.hand)
+        fastest = self.smoother.max_speed if self.smoother.enabled else SPEED.high
+        if speed > fastest:
             valid = f"out of reach; the base follows at most {fastest:g} m/s"
             raise ParameterError("hand.path", f"{speed:.3g} m/s", valid)
 
@@ -287,6 +308,10 @@ def scenario_paths() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
+_LONGEST = 1_000_000
+"""Of a scenario's file [bytes]: some thousand segments, and a minute to read."""
+
+
 def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnyScenario]:
     """Returns a scenario and the name of its run folder.
 
@@ -298,27 +323,48 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnySce
     Raises:
         ScenarioError: says in one line what is wrong, where, and what is valid.
     """
-    known = scenario_paths()
-    path = known.get(name, Path(name))
-    if name not in known and not path.is_file():
-        raise ScenarioError(
-            f"{name}: no such scenario; valid names are {', '.join(known)}, or a path"
-        )
+    path = scenario_paths().get(name, Path(name))
+    text = _text(name, path)
+    stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
+    if not stem.isprintable():
+        # It becomes a folder's name, a title, and a word in other files.
+        raise ScenarioError(f"{stem!r}: a scenario's name must be printable text")
     label = path.name
     try:
-        data = load_yaml(path.read_text())
+        data = load_yaml(text)
         data = {} if data is None else data
         for override in overrides:
             label = "--set"
-            key, equals, value = override.partition("=")
-            if not equals or not key:
-                raise ParameterError("override", override, "must be key.path=value")
-            data = with_override(data, key, load_yaml(value))
+            data = _overridden(data, override)
         label = f"{path.name} with --set" if overrides else path.name
         scenario = played_back(load_typed(AnyScenario, data), path.parent)
     except ParameterError as error:
         raise ScenarioError(f"{label}: {error}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{name}: cannot be read; {error}") from None
-    stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
     return stem, scenario
+
+
+def _text(name: str, path: Path) -> str:
+    """Returns what is in a scenario's file, or raises `ScenarioError`."""
+    name = quoted(name)
+    try:
+        return read_file(path, _LONGEST).decode()
+    except FileNotFoundError:
+        known = ", ".join(scenario_paths())
+        why = f"no such scenario; valid names are {known}, or a path"
+        raise ScenarioError(f"{name}: {why}") from None
+    except OSError as error:
+        raise ScenarioError(f"{name}: cannot be read; {error.strerror}") from None
+    except ValueError as error:  # Of bytes that are no text, or of a path with a NUL.
+        raise ScenarioError(f"{name}: cannot be read; {error}") from None
+
+
+def _overridden(data: Any, override: str) -> Any:
+    """Returns data with `key.path=value` put in, or raises `ParameterError`."""
+    key, equals, text = override.partition("=")
+    if not equals or not key:
+        raise ParameterError("override", override, "must be key.path=value")
+    try:
+        value = load_yaml(text)
+    except ParameterError as error:
+        raise ParameterError(f"{key}, {error.key}", error.value, error.valid) from None
+    return with_override(data, key, value)

@@ -49,7 +49,7 @@ class _Loader(yaml.SafeLoader):
 
     yaml_constructors: ClassVar[dict[Any, Any]] = {}
     yaml_multi_constructors: ClassVar[dict[Any, Any]] = {}
-    yaml_implicit_resolvers: ClassVar[dict[Any, Any]] = {}
+    yaml_implicit_resolvers: dict[Any, Any] = {}  # noqa: RUF012 - as PyYAML has it.
 
     depth = 0
 
@@ -57,7 +57,7 @@ class _Loader(yaml.SafeLoader):
         # Each level is some calls of Python's, and takes some of its stack.
         self.depth += 1
         if self.depth > _DEEPEST:
-            mark = self.peek_event().start_mark
+            mark = typing.cast(Any, self).peek_event().start_mark
             raise yaml.composer.ComposerError(None, None, "nested too deeply", mark)
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -74,6 +74,9 @@ class _Loader(yaml.SafeLoader):
                 raise _wrong(key, f"the key {key.value!r} is given twice")
             data[key.value] = self.construct_object(value, deep=deep)
         return data
+
+    def construct_text(self, node: Any) -> str:
+        return str(self.construct_scalar(node))
 
     def construct_list(self, node: Any) -> list[Any]:
         return self.construct_sequence(node, deep=True)
@@ -122,7 +125,7 @@ for _name, (_form, _value) in _PLAIN.items():
     _Loader.add_constructor(_tag, _read_by(_pattern, _value))
     # Text that looks like one of these is quoted.
     _Dumper.add_implicit_resolver(_tag, _pattern, None)
-_Loader.add_constructor("tag:yaml.org,2002:str", _Loader.construct_scalar)
+_Loader.add_constructor("tag:yaml.org,2002:str", _Loader.construct_text)
 _Loader.add_constructor("tag:yaml.org,2002:seq", _Loader.construct_list)
 _Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_mapping)
 _Loader.add_constructor(None, _Loader.construct_unknown)
