@@ -31,12 +31,13 @@ def check_buildable(scenario: AnyScenario) -> None:
     """Finds out, before anything is run or written, whether the diagram can be built.
 
     Raises:
-        ScenarioError: says in one line what a block, or Drake, cannot work with.
+        ParameterError: where a block cannot work with its parameters.
+        ScenarioError: says in one line what Drake cannot work with.
     """
     try:
         make_diagram(scenario, logged=False)
-    except ParameterError as error:
-        raise ScenarioError(str(error)) from None
+    except ParameterError:
+        raise
     except (RuntimeError, ValueError, ArithmeticError, SystemExit) as error:
         # The latter is what pydrake makes of a condition that Drake takes for granted.
         reason = textwrap.shorten(str(error), 200, placeholder=" ...")

@@ -1,36 +1,70 @@
 """The command `mobman`, from its first import to its last word."""
 
 import os
+import signal
 import sys
+from typing import NoReturn
 
-from drake_mobman.terminal import leaving_at_once, replaced
+from drake_mobman.output import Output, text_on
+
+BAD_INPUT = 2
+DIED = 1
+INTERRUPTED = 130
 
 
 def main() -> None:
-    """Runs the command line, and says so where its output was not taken."""
-    with leaving_at_once():
-        from drake_mobman.cli import BAD_INPUT, DIED, app, complain  # noqa: PLC0415
+    """Runs the command line; says so where it was interrupted, or not listened to."""
+    interrupted = []
 
-    if sys.stderr is not None:
-        sys.stderr, _ = replaced(sys.stderr)
-    if sys.stdout is None:
-        # The next file that is opened would get what Drake has to say.
-        complain("standard output is closed; must be open, if only to /dev/null")
-        sys.exit(BAD_INPUT)
-    sys.stdout, output = replaced(sys.stdout)
+    def interrupt(*_: object) -> NoReturn:
+        interrupted.append(True)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, interrupt)
     try:
-        os.getcwd()  # Drake asks, and takes it amiss.
-    except OSError as error:
-        complain(f"the working folder is gone: {error.strerror}")
+        run()
+    except SystemExit:
+        raise
+    except BaseException:
+        # An import that is cut short may come out as any error.
+        if not interrupted:
+            raise
+        say("interrupted")
+        sys.exit(INTERRUPTED)
+
+
+def run() -> None:
+    """Runs the command line on outputs that may go away."""
+    if sys.stderr is not None:
+        sys.stderr = text_on(Output(2, "w", closefd=False), sys.stderr)
+    if sys.stdout is None:
+        # The next file to be opened would get what Drake's solvers have to say.
+        say("the standard output is closed; must be open, if only to /dev/null")
         sys.exit(BAD_INPUT)
+    output = Output(1, "w", closefd=False)
+    sys.stdout = text_on(output, sys.stdout)
+    try:
+        os.getcwd()  # Drake wants to know, whatever it is asked for.
+    except OSError as error:
+        say(f"the working folder is gone: {error.strerror}")
+        sys.exit(BAD_INPUT)
+
+    from drake_mobman.cli import app  # noqa: PLC0415 - After all there is to set up.
+
     try:
         app(prog_name="mobman")
     except SystemExit as end:
         sys.stdout.flush()
         if output.lost:
-            complain(f"standard output: {output.lost}")
+            say(f"the standard output was not taken: {output.lost}")
             sys.exit(end.code or DIED)
         raise
+
+
+def say(message: str) -> None:
+    """Prints one line to the standard error, without what is yet to be imported."""
+    if sys.stderr is not None:
+        sys.stderr.write(f"mobman: {message}\n")
 
 
 if __name__ == "__main__":

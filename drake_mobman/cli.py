@@ -16,8 +16,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from drake_mobman.terminal import INTERRUPTED, leaving_at_once
-
 app = typer.Typer(
     help="Steer the hand of a mobile manipulator, and the wheels follow.",
     no_args_is_help=True,
@@ -25,14 +23,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-# Names are no markup: `[bold]` is a file like any other.
-console = Console(emoji=False, markup=False, highlight=False)
-errors = Console(
-    stderr=True, soft_wrap=True, emoji=False, markup=False, highlight=False
-)
+# A name is no markup: `[bold].yaml` is a file like any other.
+console = Console(emoji=False, markup=False)
+errors = Console(stderr=True, soft_wrap=True, emoji=False, markup=False)
 
 BAD_INPUT = 2
 DIED = 1
+INTERRUPTED = 130  # As a shell reports Ctrl-C.
 
 Scenarios = Annotated[
     list[str], typer.Argument(metavar="SCENARIO...", help="Names or paths.")
@@ -46,7 +43,7 @@ Overrides = Annotated[
 def complain(message: object) -> None:
     """Prints one line to the standard error."""
     line = f"mobman: {' '.join(str(message).split())}"
-    errors.print(line)
+    errors.print(line, markup=False, highlight=False)
 
 
 def refuse(message: object) -> NoReturn:
@@ -58,14 +55,13 @@ def refuse(message: object) -> NoReturn:
 @app.command("list")
 def list_() -> None:
     """Lists the scenarios with a line each."""
-    with leaving_at_once():
-        from drake_mobman.runs.scenario import load_scenario, scenario_paths
+    from drake_mobman.runs.scenario import load_scenario, scenario_paths
 
-        paths = scenario_paths()
-        width = max(map(len, paths))
-        for name in paths:
-            line = f"{name:{width}}  {load_scenario(name)[1].description}"
-            console.print(line, soft_wrap=True)
+    paths = scenario_paths()
+    width = max(map(len, paths))
+    for name in paths:
+        line = f"{name:{width}}  {load_scenario(name)[1].description}"
+        console.print(line, soft_wrap=True, highlight=False, markup=False)
 
 
 @app.command()
@@ -77,10 +73,9 @@ def run(
     scene: Annotated[bool, typer.Option("--scene", help="Write the 3D scene.")] = False,
 ) -> None:
     """Simulates scenarios headless, and writes a run folder for each."""
-    with leaving_at_once():
-        from drake_mobman.runs.run_folder import RUN
+    from drake_mobman.runs.run_folder import RUN
 
-        loaded = load_all(scenarios, set_, out, RUN)
+    loaded = load_all(scenarios, set_, out, RUN)
     results: dict[str, Any] = {}
     status = 0
     for name, scenario in loaded.items():
@@ -92,7 +87,7 @@ def run(
             break
     if results:
         print_metrics(results)
-        console.print(f"written to {out}")
+        console.print(f"written to {out}", highlight=False, markup=False)
     raise typer.Exit(status)
 
 
@@ -118,28 +113,15 @@ def load_all(
     return loaded
 
 
-def load(given: str, overrides: list[str]) -> tuple[str, Any]:
-    """Returns a scenario's name, and the scenario, or refuses what cannot be built."""
-    from drake_mobman.diagrams import check_buildable
-    from drake_mobman.runs.scenario import ScenarioError, load_scenario
+def load_runnable(given: str, overrides: list[str]) -> tuple[str, Any]:
+    """Returns a scenario's name, and the scenario, or refuses."""
+    from drake_mobman.runs.scenario import External, ScenarioError, load_scenario
+    from drake_mobman.teleop.live import Operator
 
     try:
         name, scenario = load_scenario(given, overrides)
     except ScenarioError as error:
         refuse(error)
-    try:
-        check_buildable(scenario)
-    except ScenarioError as error:
-        refuse(f"{given}: {error}")
-    return name, scenario
-
-
-def load_runnable(given: str, overrides: list[str]) -> tuple[str, Any]:
-    """Returns the name of a scenario that runs by itself, and that, or refuses."""
-    from drake_mobman.runs.scenario import External
-    from drake_mobman.teleop.live import Operator
-
-    name, scenario = load(given, overrides)
     source = getattr(scenario, "source", None)
     if isinstance(source, External | Operator):
         kind = type(source).__name__
@@ -197,22 +179,21 @@ def compare(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Runs scenarios with each of some decomposers, and writes what they make of it."""
-    with leaving_at_once():
-        from drake_mobman.parameters import ParameterError
-        from drake_mobman.runs.compare import chosen_decomposers, with_each
-        from drake_mobman.runs.run_folder import COMPARISON
-        from drake_mobman.runs.scenario import ScenarioError
+    from drake_mobman.parameters import ParameterError
+    from drake_mobman.runs.compare import chosen_decomposers, with_each
+    from drake_mobman.runs.run_folder import COMPARISON
+    from drake_mobman.runs.scenario import ScenarioError
 
+    try:
+        chosen = chosen_decomposers(decomposers.split(","))
+    except ParameterError as error:
+        refuse(error)
+    loaded = load_all(scenarios, set_, out, COMPARISON)
+    for name, scenario in loaded.items():
         try:
-            chosen = chosen_decomposers(decomposers.split(","))
-        except ParameterError as error:
-            refuse(error)
-        loaded = load_all(scenarios, set_, out, COMPARISON)
-        for name, scenario in loaded.items():
-            try:
-                with_each(scenario, chosen)
-            except ScenarioError as error:
-                refuse(f"{name}: {error}")
+            with_each(scenario, chosen)
+        except ScenarioError as error:
+            refuse(f"{name}: {error}")
 
     status = 0
     for name, scenario in loaded.items():
@@ -250,7 +231,7 @@ def compare_one(
         complain(f"{folder}: interrupted, not written")
         return INTERRUPTED
     print_metrics(comparison.metrics, title=name)
-    console.print(f"written to {folder}", soft_wrap=True)
+    console.print(f"written to {folder}", highlight=False, markup=False, soft_wrap=True)
     return DIED if any(run.died for run in comparison.runs.values()) else 0
 
 
@@ -266,21 +247,20 @@ def bench(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Times a tick of each decomposer beside optimisers, and whole runs."""
-    with leaving_at_once():
-        import json
+    import json
 
-        from drake_mobman.runs.bench import bench as timed
-        from drake_mobman.runs.bench import report
-        from drake_mobman.runs.compare import with_each
-        from drake_mobman.runs.run_folder import FolderError, new_file
-        from drake_mobman.runs.scenario import ScenarioError
-        from drake_mobman.runs.simulate import simulate
+    from drake_mobman.runs.bench import bench as timed
+    from drake_mobman.runs.bench import report
+    from drake_mobman.runs.compare import with_each
+    from drake_mobman.runs.run_folder import FolderError, new_file
+    from drake_mobman.runs.scenario import ScenarioError
+    from drake_mobman.runs.simulate import simulate
 
-        name, loaded = load_runnable(scenario, set_)
-        try:
-            with_each(loaded, {})
-        except ScenarioError as error:
-            refuse(f"{name}: {error}")
+    name, loaded = load_runnable(scenario, set_)
+    try:
+        with_each(loaded, {})
+    except ScenarioError as error:
+        refuse(f"{name}: {error}")
     if out and out.suffix != ".json":
         refuse(f"{out}: must end in .json")
     try:
@@ -291,7 +271,9 @@ def bench(
                 raise typer.Exit(INTERRUPTED if recorded.interrupted else DIED)
             with errors.status("") as status:
                 content = timed(loaded, recorded, turns, status.update)
-            console.print(report(content, name), soft_wrap=True)
+            console.print(
+                report(content, name), soft_wrap=True, highlight=False, markup=False
+            )
             if draft:
                 text = json.dumps({"scenario": name} | content, indent=2)
                 draft.write_text(text + "\n")
@@ -434,14 +416,14 @@ def graph(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Draws the wired diagram of a scenario."""
-    with leaving_at_once():
-        from drake_mobman.diagrams import make_diagram
-        from drake_mobman.runs.graph import GraphError, write_graph
+    from drake_mobman.diagrams import make_diagram
+    from drake_mobman.runs.graph import GraphError, write_graph
+    from drake_mobman.runs.scenario import ScenarioError, load_scenario
 
-        _, loaded = load(scenario, set_)
     try:
+        _, loaded = load_scenario(scenario, set_)
         write_graph(make_diagram(loaded, logged=False), out)
-    except GraphError as error:
+    except (ScenarioError, GraphError) as error:
         refuse(error)
 
 
@@ -452,25 +434,24 @@ def field(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Draws the velocity field that a scenario's base follows."""
-    with leaving_at_once():
-        from drake_mobman.runs.figures.field import field_figures
-        from drake_mobman.runs.run_folder import FIELD, FolderError, new_folder
-        from drake_mobman.runs.scenario import field_of
+    from drake_mobman.runs.figures.field import field_figures
+    from drake_mobman.runs.run_folder import FIELD, FolderError, new_folder
+    from drake_mobman.runs.scenario import ScenarioError, field_of, load_scenario
 
-        _, loaded = load(scenario, set_)
+    try:
+        _, loaded = load_scenario(scenario, set_)
         params = field_of(loaded)
         if params is None:
             refuse(
                 f"{scenario}: its base follows no velocity field; petric_guided does"
             )
-    try:
         with new_folder(out, FIELD) as draft:
             figures = field_figures(params, loaded.robot.reach(), loaded.smoother)
             for name, figure in figures:
                 figure.savefig(draft / f"{name}.png")
-    except FolderError as error:
+    except (ScenarioError, FolderError) as error:
         refuse(error)
-    console.print(f"written to {out}")
+    console.print(f"written to {out}", highlight=False, markup=False)
 
 
 @contextmanager

@@ -43,9 +43,9 @@ class Servo:
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range."""
         within(self, Range(1e-5, 0.1, "s"), "step")
-        within(self, Range(1.0, 1e9, "N s/m"), "base_gain")
-        within(self, Range(1.0, 1e9, "N m s"), "yaw_gain")
-        within(self, Range(0.01, 1e9, "N m s"), "arm_gain")
+        within(self, Range(1.0, 1e8, "N s/m"), "base_gain")
+        within(self, Range(1.0, 1e8, "N m s"), "yaw_gain")
+        within(self, Range(0.01, 1e8, "N m s"), "arm_gain")
         within(self, Range(0.0, 1e4, "N m s"), "joint_damping")
         within(self, Range(0.0, 1e5, "N m/rad"), "joint_stiffness")
 

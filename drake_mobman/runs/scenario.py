@@ -329,6 +329,9 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnySce
     if not stem.isprintable():
         # It becomes a folder's name, a title, and a word in other files.
         raise ScenarioError(f"{stem!r}: a scenario's name must be printable text")
+    # A diagram is of a scenario, so that it cannot be imported before.
+    from drake_mobman.diagrams import check_buildable  # noqa: PLC0415
+
     label = path.name
     try:
         data = load_yaml(text)
@@ -338,7 +341,8 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnySce
             data = _overridden(data, override)
         label = f"{path.name} with --set" if overrides else path.name
         scenario = played_back(load_typed(AnyScenario, data), path.parent)
-    except ParameterError as error:
+        check_buildable(scenario)
+    except (ParameterError, ScenarioError) as error:
         raise ScenarioError(f"{label}: {error}") from None
     return stem, scenario
 
