@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from contextlib import suppress
 from typing import NoReturn
 
 from drake_mobman.output import Output, text_on
@@ -14,23 +15,25 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Runs the command line; says so where it was interrupted, or not listened to."""
-    interrupted = []
-
-    def interrupt(*_: object) -> NoReturn:
-        interrupted.append(True)
-        raise KeyboardInterrupt
-
     signal.signal(signal.SIGINT, interrupt)
     try:
         run()
-    except SystemExit:
-        raise
-    except BaseException:
-        # An import that is cut short may come out as any error.
-        if not interrupted:
-            raise
+    except KeyboardInterrupt:
         say("interrupted")
         sys.exit(INTERRUPTED)
+
+
+def interrupt(*_: object) -> NoReturn:
+    """Ends what Ctrl-C is to end: at once, while there is nothing that could be lost.
+
+    Drake's modules, interrupted while they are loaded, take that for their own error,
+    or go on. The diagrams are loaded after all of them, and before anything is run.
+    """
+    if hasattr(sys.modules.get("drake_mobman.diagrams"), "make_diagram"):
+        raise KeyboardInterrupt
+    with suppress(OSError):
+        os.write(2, b"mobman: interrupted\n")
+    os._exit(INTERRUPTED)
 
 
 def run() -> None:

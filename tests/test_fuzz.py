@@ -133,10 +133,16 @@ def words(params, key):
     return []
 
 
+def rarely(often):
+    """Returns whether something is to be, once in so many times."""
+    # Ends of a range are drawn more often than that.
+    return st.integers(0, often - 1).map(lambda i: i == often // 2)
+
+
 @st.composite
 def numbers(draw, usual):
     """Draws a number: mostly of the size of the usual one, or one that is odd."""
-    if draw(st.integers(0, 7)) == 0:
+    if draw(rarely(10)):
         return draw(ODD_NUMBERS | st.floats())
     decades = draw(st.sampled_from([0.2, 0.5, 1.5]))
     factor = 10.0 ** draw(st.floats(-decades, decades))
@@ -147,7 +153,7 @@ def numbers(draw, usual):
 @st.composite
 def values(draw, schema, usual, holder=None, key=""):
     """Draws what is nearly YAML data for a type, given what it usually is."""
-    if draw(st.integers(0, 30)) == 0:
+    if draw(rarely(40)):
         return draw(ODD_VALUES)
     if typing.get_origin(schema) is list:
         (item,) = typing.get_args(schema)
@@ -215,7 +221,7 @@ PIECES = st.sampled_from(
 @st.composite
 def mangled_texts(draw):
     """Draws text, or a scenario of the package with pieces cut out and put in."""
-    if draw(st.integers(0, 4)) == 0:
+    if draw(rarely(5)):
         return draw(st.text() | st.binary().map(lambda b: b.decode("latin-1")))
     text = draw(st.sampled_from(sorted(scenario_paths().values()))).read_text()
     for _ in range(draw(st.integers(1, 4))):

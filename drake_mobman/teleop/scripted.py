@@ -17,6 +17,10 @@ _YAW_RATE = Range(-100.0, 100.0, "rad/s")
 """Ten times and five times what any guard lets pass: scripts are to try it, too."""
 
 
+_MOST_SEGMENTS = 100_000
+"""That a script is gone through: all are listed before a run, in some seconds."""
+
+
 @dc.dataclass
 class Held:
     """A command that stays as it is."""
@@ -63,8 +67,9 @@ class Script:
     repeat: int = 1  # How many times the segments are gone through.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless `repeat` is in range."""
-        within(self, Range(1, 100_000), "repeat")
+        """Raises `ParameterError` unless there are some repeats, and not too many."""
+        most = _MOST_SEGMENTS // max(len(self.segments), 1)
+        within(self, Range(1, most, f"for {len(self.segments)} segments"), "repeat")
 
 
 def script_trajectory(script: Script) -> PiecewisePolynomial:
