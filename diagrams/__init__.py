@@ -1,10 +1,12 @@
 """How blocks are wired: a module a diagram."""
 
+import textwrap
 from typing import Any
 
 from pydrake.systems.framework import Diagram
 
-from drake_mobman.runs.scenario import AnyScenario, Guided
+from drake_mobman.parameters import ParameterError
+from drake_mobman.runs.scenario import AnyScenario, Guided, ScenarioError
 
 from .guided import make_guided_diagram
 from .teleop import make_teleop_diagram
@@ -23,3 +25,20 @@ def make_diagram(
             raise ValueError("a guided scenario has no decomposer to replace")
         return make_guided_diagram(scenario, logged=logged)
     return make_teleop_diagram(scenario, decomposer=decomposer, logged=logged)
+
+
+def check_buildable(scenario: AnyScenario) -> None:
+    """Finds out, before anything is run or written, whether the diagram can be built.
+
+    Raises:
+        ParameterError: where a block cannot work with its parameters.
+        ScenarioError: says in one line what Drake cannot work with.
+    """
+    try:
+        make_diagram(scenario, logged=False)
+    except ParameterError:
+        raise
+    except (RuntimeError, ValueError, ArithmeticError, SystemExit) as error:
+        # The latter is what pydrake makes of a condition that Drake takes for granted.
+        reason = textwrap.shorten(str(error), 200, placeholder=" ...")
+        raise ScenarioError(f"cannot be built; {reason}") from None

@@ -13,7 +13,6 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -24,8 +23,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-console = Console(emoji=False)
-errors = Console(stderr=True, soft_wrap=True, emoji=False)
+# A name is no markup: `[bold].yaml` is a file like any other.
+console = Console(emoji=False, markup=False)
+errors = Console(stderr=True, soft_wrap=True, emoji=False, markup=False)
 
 BAD_INPUT = 2
 DIED = 1
@@ -458,7 +458,7 @@ def field(
 def progress_bar(name: str, duration: float) -> Iterator[Any]:
     """Shows a bar while its body runs, in a terminal; gives what to tell the time."""
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
         TimeRemainingColumn(),
@@ -488,7 +488,7 @@ def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
     for names in tables:
         table = Table("metric", *names, title=title)
         for key, row in table_of({name: results[name] for name in names}).items():
-            table.add_row(key, *(escape(shown(value)) for value in row.values()))
+            table.add_row(key, *map(shown, row.values()))
         console.print(table)
 
 
@@ -499,7 +499,9 @@ def _column(name: str) -> int:
 
 def main() -> None:
     """Runs the command line."""
-    app(prog_name="mobman")
+    from drake_mobman.__main__ import main as run_all
+
+    run_all()
 
 
 if __name__ == "__main__":

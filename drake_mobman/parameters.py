@@ -4,11 +4,20 @@ import dataclasses as dc
 import math
 import reprlib
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 _SHORT = reprlib.Repr()
 """Shortens what messages quote: a whole file may have been given for a number."""
 _SHORT.maxstring = _SHORT.maxother = 60
+_SHORT.maxlevel = 3
+
+_LONGEST = 200
+"""Of a key that messages name; a path into the longest scenario is a fifth of it."""
+
+
+def quoted(text: str) -> str:
+    """Returns text for a line of a message: as it is, unless that would spoil it."""
+    return text if text.isprintable() and len(text) < _LONGEST else _SHORT.repr(text)
 
 
 class ParameterError(ValueError):
@@ -21,7 +30,8 @@ class ParameterError(ValueError):
     """
 
     def __init__(self, key: str, value: object, valid: str) -> None:
-        super().__init__(f"{key}: {_SHORT.repr(value)} is not valid; {valid}")
+        given = _SHORT.repr(value)
+        super().__init__(f"{quoted(key)}: {given} is not valid; {valid}")
         self.key = key
         self.value = value
         self.valid = valid
@@ -30,6 +40,54 @@ class ParameterError(ValueError):
         """Returns the same error as seen from the object that holds `parent`."""
         key = f"{parent}{self.key}" if self.key[:1] == "[" else f"{parent}.{self.key}"
         return ParameterError(key, self.value, self.valid)
+
+
+class Range(NamedTuple):
+    """What makes sense for a quantity, both ends included."""
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        """Returns it as a message says it, `[0.01, 10] m`."""
+        return f"[{self.low:g}, {self.high:g}] {self.unit}".rstrip()
+
+
+# For robots from 10 cm to 10 m, and for whoever leads them.
+LENGTH = Range(0.01, 10.0, "m")
+"""Of a link, or of whatever else a robot has one of."""
+OFFSET = Range(-10.0, 10.0, "m")
+"""Of one part of a robot from another."""
+REACH = Range(0.0, 20.0, "m")
+"""Of two links."""
+PLACE = Range(-1e4, 1e4, "m")
+"""Of a robot or a hand in the world."""
+ANGLE = Range(-100.0, 100.0, "rad")
+"""Of a joint, or a heading: it counts whole turns."""
+SPEED = Range(1e-3, 10.0, "m/s")
+YAW_RATE = Range(1e-3, 20.0, "rad/s")
+ACCELERATION = Range(1e-3, 100.0, "m/s^2")
+YAW_ACCELERATION = Range(1e-3, 1e3, "rad/s^2")
+PERIOD = Range(1e-4, 0.2, "s")
+"""Of control: slower, nobody steers by it."""
+PAUSE = Range(0.0, 60.0, "s")
+"""Until something has stopped, or changed hands."""
+TIME = Range(0.0, 1e6, "s")
+"""In a run; eleven days at most."""
+GAIN = Range(0.0, 1e3, "1/s")
+"""Of a rate by a distance: some of these loops are not sampled any faster."""
+STIFFNESS = Range(0.1, 1e6, "N/m")
+DAMPING = Range(1e-3, 1e6, "N s/m")
+FORCE = Range(1e-3, 1e5, "N")
+
+
+def within(params: Any, valid: Range, *keys: str) -> None:
+    """Raises `ParameterError` unless every named field is in a range."""
+    for key in keys:
+        value = getattr(params, key)
+        if not valid.low <= value <= valid.high:
+            raise ParameterError(key, value, f"must be within {valid}")
 
 
 def positive(params: Any, *keys: str) -> None:

@@ -23,7 +23,7 @@ from pydrake.math import (
 )
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from drake_mobman.parameters import checked, not_negative, positive
+from drake_mobman.parameters import GAIN, LENGTH, YAW_RATE, Range, checked, within
 from drake_mobman.scalars import Scalar, larger
 
 _EYE = np.eye(6)
@@ -59,9 +59,11 @@ class Damping:
     level_gain: float = 1.0  # Turning rate of the hand per tilt [1/s].
 
     def check(self) -> None:
-        """Raises `ParameterError` where a gain is negative or nothing is damped."""
-        positive(self, "length", "threshold")
-        not_negative(self, "posture_gain", "posture_speed", "level_gain")
+        """Raises `ParameterError` unless all are in range."""
+        within(self, LENGTH, "length")
+        within(self, Range(1e-6, 1.0, "m"), "threshold")
+        within(self, GAIN, "posture_gain", "level_gain")
+        within(self, Range(0.0, YAW_RATE.high, "rad/s"), "posture_speed")
 
 
 def tilt(R: Any, R_level: Any) -> Any:

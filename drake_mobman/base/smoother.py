@@ -11,7 +11,16 @@ from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
-from drake_mobman.parameters import ParameterError, checked, checked_period, positive
+from drake_mobman.parameters import (
+    ACCELERATION,
+    SPEED,
+    YAW_ACCELERATION,
+    YAW_RATE,
+    Range,
+    checked,
+    checked_period,
+    within,
+)
 from drake_mobman.scalars import (
     Scalar,
     finite_or_zero,
@@ -33,11 +42,12 @@ class Smoother:
     max_yaw_acceleration: float = 2.0  # [rad/s^2].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless all limits are above zero."""
-        positive(self, "smoothing", "max_speed", "max_acceleration")
-        positive(self, "max_yaw_rate", "max_yaw_acceleration")
-        if self.smoothing > 1:
-            raise ParameterError("smoothing", self.smoothing, "must be at most 1")
+        """Raises `ParameterError` unless all are in range."""
+        within(self, Range(1e-4, 1.0), "smoothing")
+        within(self, SPEED, "max_speed")
+        within(self, ACCELERATION, "max_acceleration")
+        within(self, YAW_RATE, "max_yaw_rate")
+        within(self, YAW_ACCELERATION, "max_yaw_acceleration")
 
 
 def smoothed(

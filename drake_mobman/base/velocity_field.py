@@ -15,12 +15,17 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import (
+    GAIN,
+    LENGTH,
+    OFFSET,
+    REACH,
+    YAW_RATE,
     ParameterError,
+    Range,
     checked,
     in_order,
-    not_negative,
     one_of,
-    positive,
+    within,
 )
 from drake_mobman.scalars import Scalar, smoothstep, where
 
@@ -53,7 +58,8 @@ class Reach:
 
     def check(self) -> None:
         """Raises `ParameterError` unless the arm reaches anywhere."""
-        positive(self, "r_f")
+        within(self, OFFSET, "l_0", "ahead")
+        within(self, Range(LENGTH.low, REACH.high, "m"), "r_f")
 
 
 @dc.dataclass
@@ -88,11 +94,11 @@ class VelocityField:
     def check(self) -> None:
         """Raises `ParameterError` unless gains, widths and angles make a field."""
         one_of(self, "law", ("printed", "projected"))
-        not_negative(self, "K_f", "K_r", "K_omega", "phi_min")
-        positive(self, "Delta_f", "Delta_r", "b_d")
+        within(self, GAIN, "K_f", "K_r")
+        within(self, Range(0.0, YAW_RATE.high, "rad/s"), "K_omega")
+        within(self, Range(1e-3, 10.0, "m"), "Delta_f", "Delta_r", "b_d")
+        within(self, Range(0.0, math.pi, "rad"), "phi_min", "phi_max")
         in_order(self, "phi_min", "phi_max")
-        if self.phi_max > math.pi:
-            raise ParameterError("phi_max", self.phi_max, "must be at most pi")
 
 
 def check_zones(params: VelocityField, reach: Reach) -> None:

@@ -7,7 +7,7 @@ from pydrake.math import tanh
 
 from drake_mobman.decomposers.decomposer import share_decomposer
 from drake_mobman.decomposers.share import Workspace
-from drake_mobman.parameters import one_of, positive
+from drake_mobman.parameters import Range, one_of, within
 from drake_mobman.scalars import Scalar, smoothstep, where
 
 
@@ -56,6 +56,9 @@ def strict_share(
 SHARES = {"tanh": blended_share, "smoothstep": strict_share}
 """The share laws, by name."""
 
+SHARPNESS_L = Range(0.1, 1e4, "1/m")
+SHARPNESS_PSI = Range(0.1, 1e4, "1/rad")
+
 
 @dc.dataclass
 class Blending:
@@ -66,8 +69,9 @@ class Blending:
     share: str = "tanh"  # As printed; or "smoothstep", which keeps the workspace.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless both are above zero, and the share is one."""
-        positive(self, "alpha", "beta")
+        """Raises `ParameterError` unless both are in range, and the share is one."""
+        within(self, SHARPNESS_L, "alpha")
+        within(self, SHARPNESS_PSI, "beta")
         one_of(self, "share", tuple(SHARES))
 
 

@@ -26,7 +26,17 @@ from pydrake.solvers import OsqpSolver
 from drake_mobman.arm.jacobian_arm import JacobianArm, tilt
 from drake_mobman.arm.limits import JointLimits, braking_rate
 from drake_mobman.decomposers.solved import BASE_RATES, SolvedDecomposer
-from drake_mobman.parameters import checked, not_negative, positive
+from drake_mobman.parameters import (
+    ACCELERATION,
+    GAIN,
+    PAUSE,
+    SPEED,
+    YAW_ACCELERATION,
+    YAW_RATE,
+    Range,
+    checked,
+    within,
+)
 from drake_mobman.robots.model import BASE_JOINTS, Robot, RobotModel
 
 _LEVEL_JOINTS = 6
@@ -58,10 +68,14 @@ class DiffIk:
     tolerance: float = 1e-8  # Of the solver, absolute and relative.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless limits are above zero, gains >= 0."""
-        positive(self, "max_speed", "max_yaw_rate", "tolerance")
-        positive(self, "max_acceleration", "max_yaw_acceleration")
-        not_negative(self, "centering", "level_gain", "stop_time")
+        """Raises `ParameterError` unless all are in range."""
+        within(self, SPEED, "max_speed")
+        within(self, YAW_RATE, "max_yaw_rate")
+        within(self, ACCELERATION, "max_acceleration")
+        within(self, YAW_ACCELERATION, "max_yaw_acceleration")
+        within(self, GAIN, "centering", "level_gain")
+        within(self, PAUSE, "stop_time")
+        within(self, Range(1e-12, 0.01), "tolerance")
 
 
 # The law.

@@ -18,19 +18,21 @@ from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import yaw_rate
-from drake_mobman.decomposers.blending import SHARES
+from drake_mobman.decomposers.blending import SHARES, SHARPNESS_L, SHARPNESS_PSI
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
 from drake_mobman.decomposers.limiter import Factors, Limiter, both, least, status
 from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates, exact_rest
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import (
+    SPEED,
+    YAW_RATE,
+    Range,
     checked,
     checked_period,
     in_order,
-    not_negative,
     one_of,
-    positive,
+    within,
 )
 from drake_mobman.scalars import Scalar, larger, smaller, smoothstep, where
 
@@ -58,9 +60,12 @@ class Exact:
     def check(self) -> None:
         """Raises `ParameterError` unless gains, angles and the share make a law."""
         one_of(self, "share", tuple(SHARES))
-        positive(self, "alpha", "beta", "turning_speed")
-        not_negative(self, "K_omega", "phi_min")
+        within(self, SHARPNESS_L, "alpha")
+        within(self, SHARPNESS_PSI, "beta")
+        within(self, Range(0.0, YAW_RATE.high, "rad/s"), "K_omega")
+        within(self, Range(0.0, math.pi, "rad"), "phi_min", "phi_max")
         in_order(self, "phi_min", "phi_max")
+        within(self, Range(1e-4, SPEED.high, "m/s"), "turning_speed")
 
 
 def exact_base(

@@ -31,11 +31,12 @@ from drake_mobman.arm.planar import PlanarArm
 from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.decomposers.solved import BASE_RATES, SolvedDecomposer
 from drake_mobman.parameters import (
+    PAUSE,
     ParameterError,
+    Range,
     checked,
     checked_period,
-    not_negative,
-    positive,
+    within,
 )
 
 
@@ -51,9 +52,12 @@ class Qp:
     stop_time: float = 0.2  # Time to bring the largest rates to rest, unsolved [s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless all is above zero, `damping` below 1."""
-        positive(self, "damping", "max_step", "tolerance", "iterations")
-        not_negative(self, "stop_time")
+        """Raises `ParameterError` unless all are in range, `damping` below 1."""
+        within(self, Range(1e-6, 1.0), "damping")
+        within(self, Range(1e-6, 1.0, "m or rad"), "max_step")
+        within(self, Range(1e-12, 0.01, "m/s or rad/s"), "tolerance")
+        within(self, Range(1, 100_000), "iterations")
+        within(self, PAUSE, "stop_time")
         if not self.damping < 1:
             raise ParameterError("damping", self.damping, "must be below 1")
 

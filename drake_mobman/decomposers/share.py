@@ -8,7 +8,7 @@ import math
 
 from pydrake.math import atan2, cos, exp, sin
 
-from drake_mobman.parameters import in_order, not_negative, positive
+from drake_mobman.parameters import REACH, Range, in_order, within
 from drake_mobman.scalars import Scalar
 
 
@@ -22,8 +22,9 @@ class Workspace:
     psi_max: float = 0.7  # Largest angle Psi_max [rad].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless both ranges are in order, reach >= 0."""
-        not_negative(self, "l_min")
+        """Raises `ParameterError` unless both ranges are in order and make sense."""
+        within(self, REACH, "l_min", "l_max")
+        within(self, Range(-10.0, 10.0, "rad"), "psi_min", "psi_max")
         in_order(self, "l_min", "l_max")
         in_order(self, "psi_min", "psi_max")
 
@@ -35,8 +36,8 @@ class Projection:
     sigma: float = 0.5  # Width of the stop at |psi| = pi/2 [rad]; |v_b| < 1.352 |v_bm|.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless `sigma` is above zero."""
-        positive(self, "sigma")
+        """Raises `ParameterError` unless `sigma` is in range."""
+        within(self, Range(1e-3, 10.0, "rad"), "sigma")
 
 
 def radial_weight(psi: Scalar, sigma: float) -> Scalar:

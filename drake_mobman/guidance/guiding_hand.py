@@ -18,7 +18,17 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
 from drake_mobman.guidance.push import add_push
-from drake_mobman.parameters import ParameterError, checked, checked_period, positive
+from drake_mobman.parameters import (
+    DAMPING,
+    FORCE,
+    PLACE,
+    STIFFNESS,
+    TIME,
+    ParameterError,
+    checked,
+    checked_period,
+    within,
+)
 from drake_mobman.scalars import Scalar, larger, where
 from drake_mobman.ticks import at_tick
 
@@ -32,6 +42,11 @@ class Waypoint:
     y: float = 0.0  # [m].
     z: float = 0.52  # Above the floor [m].
 
+    def check(self) -> None:
+        """Raises `ParameterError` unless it is in a run and in the world."""
+        within(self, TIME, "time")
+        within(self, PLACE, "x", "y", "z")
+
 
 @dc.dataclass
 class Release:
@@ -42,6 +57,7 @@ class Release:
 
     def check(self) -> None:
         """Raises `ParameterError` unless it ends after it starts."""
+        within(self, TIME, "start", "end")
         if not self.end > self.start:
             valid = f"must be above start = {self.start!r}"
             raise ParameterError("end", self.end, valid)
@@ -66,7 +82,9 @@ class Hand:
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can pull, and times are in order."""
-        positive(self, "stiffness", "damping", "max_force")
+        within(self, STIFFNESS, "stiffness")
+        within(self, DAMPING, "damping")
+        within(self, FORCE, "max_force")
         if not self.path:
             raise ParameterError("path", self.path, "must hold one waypoint or more")
         for i, (a, b) in enumerate(itertools.pairwise(self.path)):

@@ -9,7 +9,15 @@ from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
-from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.parameters import (
+    ANGLE,
+    PLACE,
+    REACH,
+    ParameterError,
+    Range,
+    checked,
+    within,
+)
 
 T = TypeVar("T")
 
@@ -24,6 +32,12 @@ class Start:
     x: float = 0.0  # Base in W [m].
     y: float = 0.0  # Base in W [m].
     theta: float = 0.0  # Heading of the base in W [rad].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless it is in the world; the arm knows its own."""
+        within(self, Range(-REACH.high, REACH.high, "m"), "l", "z")
+        within(self, PLACE, "x", "y")
+        within(self, ANGLE, "psi", "theta")
 
 
 class Bringing(Protocol):

@@ -15,7 +15,7 @@ from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
-from drake_mobman.parameters import one_of, positive
+from drake_mobman.parameters import ANGLE, OFFSET, Range, one_of, within
 from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.model import RobotModel, filled_urdf
 from drake_mobman.scalars import Scalar
@@ -43,7 +43,9 @@ class FrankaTiago:
     def check(self) -> None:
         """Raises `ParameterError` where a length or the orientation is not one."""
         one_of(self, "orientation", ORIENTATIONS)
-        positive(self, "mount")
+        within(self, Range(0.01, 2.0, "m"), "mount")
+        within(self, OFFSET, "mount_ahead", "mount_aside")
+        within(self, ANGLE, "mount_yaw")
 
     def defaults(self) -> list[Any]:
         """Returns what fits the robot where a scenario says nothing.

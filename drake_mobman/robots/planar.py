@@ -5,7 +5,7 @@ from typing import Any
 
 from drake_mobman.arm.planar import PlanarArm
 from drake_mobman.base.velocity_field import Reach
-from drake_mobman.parameters import not_negative, positive
+from drake_mobman.parameters import LENGTH, OFFSET, within
 from drake_mobman.robots.defaults import two_links
 from drake_mobman.robots.model import filled_urdf
 
@@ -22,8 +22,8 @@ class Planar:
 
     def check(self) -> None:
         """Raises `ParameterError` where a length is not one."""
-        positive(self, "upper_link", "lower_link")
-        not_negative(self, "shoulder_height")
+        within(self, LENGTH, "upper_link", "lower_link", "shoulder_height")
+        within(self, OFFSET, "shoulder_ahead", "shoulder_aside")
 
     def defaults(self) -> list[Any]:
         """Returns what fits the robot where a scenario says nothing."""

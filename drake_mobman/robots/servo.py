@@ -19,7 +19,7 @@ from pydrake.systems.primitives import (
 from drake_mobman import signals
 from drake_mobman.arm.workspace_sensor import WorkspaceSensor
 from drake_mobman.base.unicycle import unicycle_rates
-from drake_mobman.parameters import ParameterError, checked, not_negative, positive
+from drake_mobman.parameters import ParameterError, Range, checked, within
 from drake_mobman.robots.model import BASE_JOINTS, Robot
 from drake_mobman.ticks import aligned, whole_steps
 
@@ -41,9 +41,13 @@ class Servo:
     joint_stiffness: float = 0.0  # Of the same, towards the start [N m/rad].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless step and gains are above zero."""
-        positive(self, "step", "base_gain", "yaw_gain", "arm_gain")
-        not_negative(self, "joint_damping", "joint_stiffness")
+        """Raises `ParameterError` unless all are in range."""
+        within(self, Range(1e-5, 0.1, "s"), "step")
+        within(self, Range(1.0, 1e8, "N s/m"), "base_gain")
+        within(self, Range(1.0, 1e8, "N m s"), "yaw_gain")
+        within(self, Range(0.01, 1e8, "N m s"), "arm_gain")
+        within(self, Range(0.0, 1e4, "N m s"), "joint_damping")
+        within(self, Range(0.0, 1e5, "N m/rad"), "joint_stiffness")
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless the control period [s] is whole steps."""

@@ -8,7 +8,12 @@ from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS
 from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.base.velocity_field import Reach
-from drake_mobman.parameters import not_negative, one_of, positive
+from drake_mobman.parameters import (
+    LENGTH,
+    OFFSET,
+    one_of,
+    within,
+)
 from drake_mobman.robots.defaults import two_links
 from drake_mobman.robots.model import RobotModel, filled_urdf
 
@@ -33,8 +38,8 @@ class Spatial:
     def check(self) -> None:
         """Raises `ParameterError` where a length or the orientation is not one."""
         one_of(self, "orientation", ORIENTATIONS)
-        positive(self, "upper_link", "lower_link", "hand")
-        not_negative(self, "shoulder_height")
+        within(self, LENGTH, "upper_link", "lower_link", "hand", "shoulder_height")
+        within(self, OFFSET, "shoulder_ahead", "shoulder_aside")
 
     def defaults(self) -> list[Any]:
         """Returns what fits the robot where a scenario says nothing."""

@@ -12,8 +12,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Self
 
-from pydrake.common.yaml import yaml_load_typed
-
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import Smoother
@@ -24,8 +22,17 @@ from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.qp import Qp
 from drake_mobman.decomposers.share import Projection, Workspace
 from drake_mobman.decomposers.switching import Switching
+from drake_mobman.files import read_file
 from drake_mobman.guidance.guiding_hand import Hand, peak_speed
-from drake_mobman.parameters import ParameterError, one_of, positive
+from drake_mobman.parameters import (
+    PERIOD,
+    SPEED,
+    TIME,
+    ParameterError,
+    one_of,
+    quoted,
+    within,
+)
 from drake_mobman.robots.defaults import Start, own
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
@@ -40,12 +47,9 @@ from drake_mobman.runs.fit import (
     check_joints,
     check_workspace,
 )
-from drake_mobman.runs.layers import with_defaults
 from drake_mobman.runs.schema import (
-    dump_yaml,
     load_typed,
     load_yaml,
-    plain,
     with_override,
 )
 from drake_mobman.teleop.choice import Change
@@ -99,17 +103,10 @@ class Scenario:
         """Returns what the robot brings to such a scenario, by its class."""
         return own(robot)
 
-    @classmethod
-    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Returns YAML data of such a scenario with what it leaves to its robot."""
-        named = {key: value for key, value in data.items() if key == "robot"}
-        robot = yaml_load_typed(schema=cls, data=dump_yaml(named)).robot
-        given = with_defaults(data, cls, cls.own(robot))
-        return plain(cls(robot=robot), cls) | given
-
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
-        positive(self, "period", "duration")
+        within(self, PERIOD, "period")
+        within(self, TIME, "duration")
         if self.duration < self.period:
             raise ParameterError(
                 "duration", self.duration, f"must be at least period = {self.period!r}"
@@ -237,8 +234,9 @@ class Guided(Scenario):
             if damping > most:
                 valid = f"must be at most {most:g} at a period of {self.period:g} s"
                 raise ParameterError(f"{name}.damping", damping, valid)
-        speed, fastest = peak_speed(self.hand), self.smoother.max_speed
-        if self.smoother.enabled and speed > fastest:
+        speed = peak_speed(self.hand)
+        fastest = self.smoother.max_speed if self.smoother.enabled else SPEED.high
+        if speed > fastest:
             valid = f"out of reach; the base follows at most {fastest:g} m/s"
             raise ParameterError("hand.path", f"{speed:.3g} m/s", valid)
 
@@ -317,6 +315,10 @@ def scenario_paths() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
+_LONGEST = 1_000_000
+"""Of a scenario's file [bytes]: some thousand segments, and a minute to read."""
+
+
 def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnyScenario]:
     """Returns a scenario and the name of its run folder.
 
@@ -328,27 +330,52 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> tuple[str, AnySce
     Raises:
         ScenarioError: says in one line what is wrong, where, and what is valid.
     """
-    known = scenario_paths()
-    path = known.get(name, Path(name))
-    if name not in known and not path.is_file():
-        raise ScenarioError(
-            f"{name}: no such scenario; valid names are {', '.join(known)}, or a path"
-        )
+    path = scenario_paths().get(name, Path(name))
+    text = _text(name, path)
+    stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
+    if not stem.isprintable():
+        # It becomes a folder's name, a title, and a word in other files.
+        raise ScenarioError(f"{stem!r}: a scenario's name must be printable text")
+    # A diagram is of a scenario, so that it cannot be imported before.
+    from drake_mobman.diagrams import check_buildable  # noqa: PLC0415
+
     label = path.name
     try:
-        data = load_yaml(path.read_text())
+        data = load_yaml(text)
         data = {} if data is None else data
         for override in overrides:
             label = "--set"
-            key, equals, value = override.partition("=")
-            if not equals or not key:
-                raise ParameterError("override", override, "must be key.path=value")
-            data = with_override(data, key, load_yaml(value))
+            data = _overridden(data, override)
         label = f"{path.name} with --set" if overrides else path.name
         scenario = played_back(load_typed(AnyScenario, data), path.parent)
-    except ParameterError as error:
+        check_buildable(scenario)
+    except (ParameterError, ScenarioError) as error:
         raise ScenarioError(f"{label}: {error}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{name}: cannot be read; {error}") from None
-    stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
     return stem, scenario
+
+
+def _text(name: str, path: Path) -> str:
+    """Returns what is in a scenario's file, or raises `ScenarioError`."""
+    name = quoted(name)
+    try:
+        return read_file(path, _LONGEST).decode()
+    except FileNotFoundError:
+        known = ", ".join(scenario_paths())
+        why = f"no such scenario; valid names are {known}, or a path"
+        raise ScenarioError(f"{name}: {why}") from None
+    except OSError as error:
+        raise ScenarioError(f"{name}: cannot be read; {error.strerror}") from None
+    except ValueError as error:  # Of bytes that are no text, or of a path with a NUL.
+        raise ScenarioError(f"{name}: cannot be read; {error}") from None
+
+
+def _overridden(data: Any, override: str) -> Any:
+    """Returns data with `key.path=value` put in, or raises `ParameterError`."""
+    key, equals, text = override.partition("=")
+    if not equals or not key:
+        raise ParameterError("override", override, "must be key.path=value")
+    try:
+        value = load_yaml(text)
+    except ParameterError as error:
+        raise ParameterError(f"{key}, {error.key}", error.value, error.valid) from None
+    return with_override(data, key, value)

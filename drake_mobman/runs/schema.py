@@ -1,43 +1,136 @@
 """YAML against a dataclass: what is wrong with it, and where, in one line.
 
-Drake's `yaml_load_typed` does the loading; its messages name neither the key's path
-nor what would be valid, so the data is looked through before.
+The whole way from text to an instance is here, as of Drake's `yaml_load_typed`, whose
+messages name neither the key's path nor what would be valid. Whatever a text holds, it
+comes to an instance or to a `ParameterError`.
 """
 
 import dataclasses as dc
+import re
 import typing
-from collections.abc import Hashable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import yaml
-from pydrake.common.yaml import yaml_load_typed
 
 from drake_mobman.parameters import ParameterError, checked
 
 TAG = "_tag"
 """Key under which Drake's YAML functions keep a mapping's `!Tag`."""
 
+_DEEPEST = 40
+"""Level to which YAML may be nested; a scenario goes to the sixth."""
+
+
+def _whole(text: str) -> int | float:
+    # Python refuses to read an integer of some thousand digits.
+    return int(text) if len(text) < 20 else float(text)
+
+
+_PLAIN: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "null": ("(~|null|Null|NULL)?", lambda _: None),
+    "bool": ("true|True|TRUE|false|False|FALSE", lambda text: text.lower() == "true"),
+    "int": ("[-+]?[0-9]+", _whole),
+    "float": (
+        # With `nan` and `inf` as Python writes them.
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"
+        r"|[-+]?\.?(inf|Inf|INF)|\.?(nan|NaN|NAN)",
+        lambda text: float(re.sub(r"\.(?=[in])", "", text.lower())),
+    ),
+}
+"""What is not text, by tag: how YAML 1.2 writes it, and its value.
+
+PyYAML reads YAML 1.1, where `on` is true, 1:30 is 90, and 2026-02-30 a wrong date.
+"""
+
 
 class _Loader(yaml.SafeLoader):
     """YAML with tags kept as `_tag`, and with no key given twice."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Hashable, Any]:
-        keys = [key.value for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {key!r} is given twice", node.start_mark
-                )
-        return super().construct_mapping(node, deep)
+    yaml_constructors: ClassVar[dict[Any, Any]] = {}
+    yaml_multi_constructors: ClassVar[dict[Any, Any]] = {}
+    yaml_implicit_resolvers: dict[Any, Any] = {}  # noqa: RUF012 - as PyYAML has it.
+
+    depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        # Each level is some calls of Python's, and takes some of its stack.
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            mark = typing.cast(Any, self).peek_event().start_mark
+            raise yaml.composer.ComposerError(None, None, "nested too deeply", mark)
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def construct_mapping(self, node: Any, deep: bool = True) -> dict[Any, Any]:
+        if not isinstance(node, yaml.MappingNode):
+            raise _wrong(node, "expected a mapping")
+        data: dict[Any, Any] = {}
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise _wrong(key, "a key must be text")
+            if key.value in data:
+                raise _wrong(key, f"the key {key.value!r} is given twice")
+            data[key.value] = self.construct_object(value, deep=deep)
+        return data
+
+    def construct_text(self, node: Any) -> str:
+        return str(self.construct_scalar(node))
+
+    def construct_list(self, node: Any) -> list[Any]:
+        return self.construct_sequence(node, deep=True)
 
     def construct_tagged(self, name: str, node: Any) -> Any:
         tag = f"!{name}"
         if isinstance(node, yaml.ScalarNode) and node.value == "":
             return {TAG: tag}  # A tag by itself: all defaults.
-        return self.construct_mapping(node, deep=True) | {TAG: tag}
+        if not isinstance(node, yaml.MappingNode):
+            raise _wrong(node, f"{tag} goes before a mapping, as in {tag} {{}}")
+        return self.construct_mapping(node) | {TAG: tag}
+
+    def construct_unknown(self, node: Any) -> Any:
+        raise _wrong(node, f"there is no tag {node.tag}")
 
 
+def _wrong(node: Any, problem: str) -> yaml.constructor.ConstructorError:
+    return yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+
+
+class _Dumper(yaml.SafeDumper):
+    """YAML with `_tag` written as a tag, and keys in the order they stand in."""
+
+    def represent_tagged(self, data: dict[str, Any]) -> Any:
+        rest = {key: value for key, value in data.items() if key != TAG}
+        tag = data.get(TAG, "tag:yaml.org,2002:map")
+        return self.represent_mapping(tag, rest.items())
+
+
+def _read_by(pattern: re.Pattern[str], value: Callable[[str], Any]) -> Any:
+    """Returns a constructor of plain values, which may have been tagged by hand."""
+
+    def construct(loader: _Loader, node: Any) -> Any:
+        text = loader.construct_scalar(node)
+        if not pattern.match(text):
+            name = node.tag.rpartition(":")[2]
+            raise _wrong(node, f"{text!r} is no !!{name}")
+        return value(text)
+
+    return construct
+
+
+for _name, (_form, _value) in _PLAIN.items():
+    _tag, _pattern = f"tag:yaml.org,2002:{_name}", re.compile(rf"(?:{_form})\Z")
+    _Loader.add_implicit_resolver(_tag, _pattern, None)
+    _Loader.add_constructor(_tag, _read_by(_pattern, _value))
+    # Text that looks like one of these is quoted.
+    _Dumper.add_implicit_resolver(_tag, _pattern, None)
+_Loader.add_constructor("tag:yaml.org,2002:str", _Loader.construct_text)
+_Loader.add_constructor("tag:yaml.org,2002:seq", _Loader.construct_list)
+_Loader.add_constructor("tag:yaml.org,2002:map", _Loader.construct_mapping)
+_Loader.add_constructor(None, _Loader.construct_unknown)
 _Loader.add_multi_constructor("!", _Loader.construct_tagged)
+_Dumper.add_representer(dict, _Dumper.represent_tagged)
 
 
 def load_yaml(text: str) -> Any:
@@ -52,21 +145,10 @@ def load_yaml(text: str) -> Any:
         mark = error.problem_mark or error.context_mark
         at = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "text"
         raise ParameterError(at, error.problem, "must be YAML") from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, ArithmeticError) as error:
+        # The latter two of escapes and of `%YAML` that hold too large a number.
         first = str(error).splitlines()[0]
         raise ParameterError("text", first, "must be YAML") from None
-
-
-class _Dumper(yaml.SafeDumper):
-    """YAML with `_tag` written as a tag, and keys in the order they stand in."""
-
-    def represent_tagged(self, data: dict[str, Any]) -> Any:
-        rest = {key: value for key, value in data.items() if key != TAG}
-        tag = data.get(TAG, "tag:yaml.org,2002:map")
-        return self.represent_mapping(tag, rest.items())
-
-
-_Dumper.add_representer(dict, _Dumper.represent_tagged)
 
 
 def dump_yaml(data: Any) -> str:
@@ -76,18 +158,17 @@ def dump_yaml(data: Any) -> str:
 
 def dump_typed(obj: Any) -> str:
     """Returns a dataclass as YAML: every field, a tag at every union and at the top."""
-    return dump_yaml({TAG: f"!{type(obj).__name__}"} | plain(obj, type(obj)))
+    return dump_yaml({TAG: f"!{type(obj).__name__}"} | _plain(obj, type(obj)))
 
 
-def plain(obj: Any, schema: Any) -> Any:
-    """Returns an instance of `schema` as YAML data, with `_tag` at every union."""
+def _plain(obj: Any, schema: Any) -> Any:
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
-        return [plain(item, members[0]) for item in obj]
+        return [_plain(item, members[0]) for item in obj]
     if not dc.is_dataclass(obj):
         return obj
     tag = {TAG: f"!{type(obj).__name__}"} if members else {}
-    return tag | {f.name: plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
+    return tag | {f.name: _plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
 
 
 def with_override(data: Any, path: str, value: Any) -> Any:
@@ -96,14 +177,21 @@ def with_override(data: Any, path: str, value: Any) -> Any:
     Raises:
         ParameterError: where the path leads into something that is not a mapping.
     """
-    key, _, rest = path.partition(".")
-    if isinstance(data, str):
-        data = {TAG: data}  # A union's member by its bare name, about to get fields.
-    if not isinstance(data, dict | None):
-        raise ParameterError(path, data, "must lead through mappings; set the whole")
-    data = dict(data or {})
-    data[key] = with_override(data.get(key), rest, value) if rest else value
-    return data
+    *parents, last = keys = path.split(".")
+    if not all(keys):
+        raise ParameterError(path, value, "must be at keys with a dot between each two")
+    # The whole stands below a key, too, so that it is led through like all else.
+    top = holder = {"": data}
+    for key in ("", *parents):
+        child = holder.get(key)
+        if isinstance(child, str):
+            child = {TAG: child}  # A union's member by its bare name.
+        if not isinstance(child, dict | None):
+            valid = "must lead through mappings; set the whole"
+            raise ParameterError(path, child, valid)
+        holder[key] = holder = dict(child or {})
+    holder[last] = value
+    return top[""]
 
 
 def load_typed(schema: Any, data: Any) -> Any:
@@ -113,98 +201,117 @@ def load_typed(schema: Any, data: Any) -> Any:
     one, by default the first. Below, a member of a union is named by its tag,
     `!Switching`, or by its bare name in any case, `switching`.
 
+    A schema that has a robot may have a class method `own(robot)`, which returns what
+    the robot brings along, by class: it stands in for the defaults of these.
+
     Raises:
         ParameterError: names the key, its value and what is valid.
     """
     if members := typing.get_args(schema):
         data = {} if data is None else data
-        data = _conformed_union(data, members, "", members[0])
-        tag = data.pop(TAG).lstrip("!")
-        (schema,) = (member for member in members if member.__name__ == tag)
-    else:
-        data = _conformed(data, schema, "")
-    if hasattr(schema, "completed"):
-        data = schema.completed(data)  # What it leaves out is not for itself to say.
-    return checked(yaml_load_typed(schema=schema, data=dump_yaml(data)))
+        return checked(_made_union(data, members, "", members[0](), {}))
+    return checked(_made_dataclass(data, "", schema(), {}))
 
 
-def _conformed(data: Any, schema: Any, path: str, default: Any = None) -> Any:
-    """Returns `data` as `yaml_load_typed` takes it, or raises `ParameterError`.
+_Own = Mapping[type, Any]
+"""What stands in for a class's defaults, where something does."""
 
-    A mapping for a union that has no tag is one for the class of the field's `default`.
+
+def _made(data: Any, schema: Any, path: str, default: Any, own: _Own) -> Any:
+    """Returns what `schema` makes of `data`, or raises `ParameterError`.
+
+    What `data` does not tell is as in `default`. A mapping for a union that has no tag
+    is one for the class of that.
     """
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
         if not isinstance(data, list):
             raise ParameterError(path, data, "must be a list")
-        item = members[0]
-        return [_conformed(x, item, f"{path}[{i}]") for i, x in enumerate(data)]
+        (item,) = members
+        first = _default((typing.get_args(item) or members)[0], own)
+        return [_made(x, item, f"{path}[{i}]", first, own) for i, x in enumerate(data)]
     if members:
-        untagged = members[0] if default is None else type(default)
-        return _conformed_union(data, members, path, untagged)
+        return _made_union(data, members, path, default, own)
     if dc.is_dataclass(schema):
-        return _conformed_mapping(data, schema, path)
-    return _conformed_scalar(data, schema, path)
+        return _made_dataclass(data, path, default, own)
+    return _made_scalar(data, schema, path)
 
 
-def _conformed_union(
-    data: Any, members: tuple[Any, ...], path: str, untagged: Any
+def _default(kind: type, own: _Own) -> Any:
+    return own[kind] if kind in own else kind()
+
+
+def _made_union(
+    data: Any, members: tuple[Any, ...], path: str, default: Any, own: _Own
 ) -> Any:
     by_name = {member.__name__.lower(): member for member in members}
     if isinstance(data, str) and path:
         data = {TAG: data}
     if not isinstance(data, dict):
-        valid = _tags(members) if path else _keys(untagged)
+        valid = _tags(members) if path else _keys(default)
         raise ParameterError(path or "the whole", data, valid)
-    name = data.get(TAG, untagged.__name__)
+    name = data.get(TAG, type(default).__name__)
     member = by_name.get(str(name).lstrip("!").lower())
     if member is None:
         raise ParameterError(path or "the tag at the top", name, _tags(members))
     rest = {key: value for key, value in data.items() if key != TAG}
-    return _conformed_mapping(rest, member, path) | {TAG: f"!{member.__name__}"}
+    if not isinstance(default, member):
+        default = _default(member, own)
+    return _made_dataclass(rest, path, default, own)
 
 
 def _tags(members: tuple[Any, ...]) -> str:
     return "must be one of " + ", ".join(f"!{member.__name__}" for member in members)
 
 
-def _keys(schema: Any) -> str:
-    names = ", ".join(field.name for field in dc.fields(schema))
+def _keys(default: Any) -> str:
+    names = ", ".join(field.name for field in dc.fields(default))
     return f"must be a mapping with keys of {names}"
 
 
-def _conformed_mapping(data: Any, schema: Any, path: str) -> dict[str, Any]:
-    fields = {field.name: field.type for field in dc.fields(schema)}
+def _made_dataclass(data: Any, path: str, default: Any, own: _Own) -> Any:
+    fields = {field.name: field.type for field in dc.fields(default)}
     if not isinstance(data, dict):
-        raise ParameterError(path or "the whole", data, _keys(schema))
+        raise ParameterError(path or "the whole", data, _keys(default))
     where = f"{path}." if path else ""
     for key, value in data.items():
         if key not in fields:
             valid = ", ".join(fields) or "none at all"
             raise ParameterError(f"{where}{key}", value, f"valid keys are: {valid}")
-    defaults = schema()
-    return {
-        key: _conformed(value, fields[key], f"{where}{key}", getattr(defaults, key))
-        for key, value in data.items()
+
+    def made(key: str) -> Any:
+        before = getattr(default, key)
+        return _made(data[key], fields[key], f"{where}{key}", before, own)
+
+    if hasattr(default, "own"):
+        # What it leaves out is for its robot to say.
+        robot = made("robot") if "robot" in data else default.robot
+        default, own = type(default)(robot=robot), default.own(robot)
+    return dc.replace(default, **{key: made(key) for key in data})
+
+
+def _made_scalar(data: Any, schema: Any, path: str) -> Any:
+    names = {
+        float: "a number",
+        int: "a whole number",
+        str: "a line of text",
+        bool: "true, false",
     }
-
-
-def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:
-    names = {float: "a number", int: "a whole number", str: "text", bool: "true, false"}
     wrong = ParameterError(path, data, f"must be {names[schema]}")
     if schema is bool or isinstance(data, bool):
         if schema is bool and isinstance(data, bool):
             return data
         raise wrong
     if schema is str:
-        if isinstance(data, str):
-            return data
+        # It is to be printed, drawn, and written to other files.
+        if isinstance(data, str) and data.rstrip("\n").isprintable():
+            return data.rstrip("\n")
         raise wrong
-    if not isinstance(data, int | float | str):
+    if not isinstance(data, int | float):
         raise wrong
     try:
-        number = float(data)  # Also "1e-3", which YAML takes for text.
-    except (ValueError, OverflowError):
+        number = float(data)
+    except OverflowError:
         raise wrong from None
     if schema is int and not number.is_integer():
         raise wrong

@@ -8,7 +8,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import InputPortIndex, LeafSystem
 
 from drake_mobman import signals
-from drake_mobman.parameters import checked, checked_period, positive
+from drake_mobman.parameters import Range, checked, checked_period, within
 from drake_mobman.scalars import Scalar, nearer_to_rest, smoothstep
 from drake_mobman.teleop.live import SIZE, OperatorSample
 
@@ -28,8 +28,8 @@ class Change:
     duration: float = 0.5  # [s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the duration is above zero."""
-        positive(self, "duration")
+        """Raises `ParameterError` unless the duration is one."""
+        within(self, Range(1e-3, 60.0, "s"), "duration")
 
 
 def next_handover(last: Handover, choice: float, count: int, step: float) -> Handover:

@@ -4,7 +4,15 @@ import dataclasses as dc
 import math
 from typing import NamedTuple
 
-from drake_mobman.parameters import positive
+from drake_mobman.parameters import (
+    DAMPING,
+    FORCE,
+    LENGTH,
+    SPEED,
+    STIFFNESS,
+    Range,
+    within,
+)
 from drake_mobman.teleop.guard import GuardStatus
 
 
@@ -52,8 +60,13 @@ class Drag:
     max_offset: float = 1.0  # Farthest that a point may be from its body's origin [m].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless all are above zero."""
-        positive(self, *(field.name for field in dc.fields(self)))
+        """Raises `ParameterError` unless all are in range."""
+        within(self, STIFFNESS, "stiffness")
+        within(self, DAMPING, "damping")
+        within(self, FORCE, "max_force")
+        within(self, SPEED, "max_speed")
+        within(self, Range(0.01, 100.0, "m"), "max_distance")
+        within(self, LENGTH, "max_offset")
 
 
 @dc.dataclass(frozen=True)

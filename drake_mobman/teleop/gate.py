@@ -13,7 +13,13 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
-from drake_mobman.parameters import ParameterError, checked, checked_period, positive
+from drake_mobman.parameters import (
+    ParameterError,
+    Range,
+    checked,
+    checked_period,
+    within,
+)
 from drake_mobman.teleop.drag import NO_BODY, NOTHING, Draggable, drag_status
 from drake_mobman.teleop.guard import (
     Guard,
@@ -65,7 +71,7 @@ class Gate:
 
     def check(self) -> None:
         """Raises `ParameterError` unless times and shares are such."""
-        positive(self, "fresh")
+        within(self, Range(1e-3, 60.0, "s"), "fresh")
         if not 0 <= self.neutral < 1:
             raise ParameterError("neutral", self.neutral, "must be within [0, 1)")
 

@@ -10,7 +10,14 @@ from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
-from drake_mobman.parameters import checked, checked_period, not_negative, positive
+from drake_mobman.parameters import (
+    PAUSE,
+    SPEED,
+    YAW_RATE,
+    checked,
+    checked_period,
+    within,
+)
 from drake_mobman.scalars import (
     Scalar,
     is_finite,
@@ -38,9 +45,10 @@ class Guard:
     stop_time: float = 0.2  # Time to bring the largest command to rest [s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless ranges are above zero, the time >= 0."""
-        positive(self, "max_v_c", "max_omega_c", "max_v_z")
-        not_negative(self, "stop_time")
+        """Raises `ParameterError` unless all are in range."""
+        within(self, SPEED, "max_v_c", "max_v_z")
+        within(self, YAW_RATE, "max_omega_c")
+        within(self, PAUSE, "stop_time")
 
     @property
     def largest(self) -> tuple[float, float, float]:

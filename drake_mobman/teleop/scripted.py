@@ -7,11 +7,19 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
-from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.parameters import Range, checked, within
 from drake_mobman.ticks import at_tick
 
-_SHORTEST = 1e-6
-"""Of segments [s]: over hours, two times nearer than this may be one float."""
+_DURATION = Range(1e-6, 1e6, "s")
+"""Of segments: over hours, two times nearer than the least may be one float."""
+
+_SPEED = Range(-100.0, 100.0, "m/s")
+_YAW_RATE = Range(-100.0, 100.0, "rad/s")
+"""Ten times and five times what any guard lets pass: scripts are to try it, too."""
+
+
+_MOST_SEGMENTS = 100_000
+"""That a script is gone through: all are listed before a run, in some seconds."""
 
 
 @dc.dataclass
@@ -24,8 +32,8 @@ class Held:
     v_z: float = 0.0  # Up [m/s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the duration is one."""
-        _check_duration(self)
+        """Raises `ParameterError` unless all are in range."""
+        _check_segment(self)
 
 
 @dc.dataclass
@@ -42,14 +50,14 @@ class Smooth:
     v_z: float = 0.0  # At the end, up [m/s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the duration is one."""
-        _check_duration(self)
+        """Raises `ParameterError` unless all are in range."""
+        _check_segment(self)
 
 
-def _check_duration(segment: Held | Smooth) -> None:
-    if not segment.duration >= _SHORTEST:
-        valid = f"must be at least {_SHORTEST:g}"
-        raise ParameterError("duration", segment.duration, valid)
+def _check_segment(segment: Held | Smooth) -> None:
+    within(segment, _DURATION, "duration")
+    within(segment, _SPEED, "v_c", "v_z")
+    within(segment, _YAW_RATE, "omega_c")
 
 
 @dc.dataclass
@@ -60,9 +68,9 @@ class Script:
     repeat: int = 1  # How many times the segments are gone through.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless `repeat` is above zero."""
-        if self.repeat < 1:
-            raise ParameterError("repeat", self.repeat, "must be 1 or more")
+        """Raises `ParameterError` unless there are some repeats, and not too many."""
+        most = _MOST_SEGMENTS // max(len(self.segments), 1)
+        within(self, Range(1, most, f"for {len(self.segments)} segments"), "repeat")
 
 
 def script_trajectory(
