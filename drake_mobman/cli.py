@@ -397,16 +397,20 @@ def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], An
 
 def desk_in_meshcat(host: str, port: int | None) -> Callable[[Any], Any]:
     """Returns what serves a session by Meshcat alone, or refuses."""
-    from drake_mobman.console.plain import Panel
-    from drake_mobman.console.view import local_meshcat
+    from drake_mobman.console.panel_process import EXPOSED, PanelProcess, free_place
 
     if host != "127.0.0.1":
         refuse("--plain is served to this machine alone; --host is for the page")
     try:
-        meshcat = local_meshcat(port)
-    except RuntimeError as error:
-        refuse(f"cannot serve at port {port}: {error}")
-    return lambda session: Panel(session, meshcat)
+        place = free_place(port)
+    except OSError as error:
+        refuse(f"cannot serve at port {port}: {error.strerror}")
+
+    def desk(session: Any) -> Any:
+        complain(EXPOSED)
+        return PanelProcess(session, place, complain)
+
+    return desk
 
 
 @app.command()

@@ -25,7 +25,8 @@ from websockets.sync.client import connect
 from drake_mobman.console.plain import Panel
 from drake_mobman.console.server import Server, listening
 from drake_mobman.console.session import LiveSession
-from drake_mobman.console.view import DRAGS, local_meshcat
+from drake_mobman.console.view import DRAGS
+from drake_mobman.meshcat import local_meshcat
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.gate import Arming, GateStatus
@@ -1069,10 +1070,11 @@ def test_meshcat_alone_drives_too_and_only_while_its_page_draws(browser):
     # A busy machine takes its time to draw.
     _, scenario = load_scenario("kwon_arbitrary", ["gate.fresh=1.0"])
     with LiveSession(scenario) as session:
-        panel = Panel(session, local_meshcat())
+        meshcat = local_meshcat("127.0.0.1")
+        panel = Panel(session, meshcat)
         # So small that it is drawn quickly.
         page = browser.new_page(viewport={"width": 320, "height": 240})
-        page.goto(panel.address)
+        page.goto(f"{meshcat.web_url()}/?tracked_camera=on")
 
         def until(condition, what):
             end = time.monotonic() + PATIENCE

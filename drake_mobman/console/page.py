@@ -76,6 +76,7 @@ def _bar(name: str) -> None:
 def _view() -> None:
     with _block("view"):
         _element("scene", "iframe", src="/view/", title="The robot in 3D")
+        _element("still", role="status")  # Why the picture stands still, if it does.
 
 
 def _controls(session: LiveSession) -> None:

@@ -8,14 +8,16 @@ tell who presses, or whether the page has the focus: all who have it open drive 
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
+import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 
 from drake_mobman.console.inbox import OperatorInput
-from drake_mobman.console.session import LiveSession
-from drake_mobman.console.view import PERIOD, View
+from drake_mobman.console.session import Snapshot
+from drake_mobman.console.view import LINES, Frame, Picture
+from drake_mobman.runs.scenario import AnyScenario
 
 SLIDERS = {
     "out (up, down)": ("ArrowDown", "ArrowUp"),
@@ -90,6 +92,28 @@ class Pulse:
         return drawn
 
 
+class Driven(Protocol):
+    """What a panel asks of a session: see `LiveSession`."""
+
+    scenario: AnyScenario
+    choices: list[str]
+
+    def tell(self, said: OperatorInput) -> Any:
+        """Takes the operator's word."""
+
+    def stop(self, who: str) -> None:
+        """Stops the robot."""
+
+    def choose(self, name: str) -> None:
+        """Lets one of `choices` drive."""
+
+    def reset(self) -> None:
+        """Starts over, disarmed."""
+
+    def snapshot(self) -> Snapshot:
+        """Returns the session as it is."""
+
+
 class Panel:
     """Meshcat's panel as an operator's desk.
 
@@ -101,10 +125,12 @@ class Panel:
         meshcat: to whose panel all is added.
     """
 
-    def __init__(self, session: LiveSession, meshcat: Meshcat) -> None:
+    def __init__(self, session: Driven, meshcat: Meshcat) -> None:
         self._session = session
         self._meshcat = meshcat
-        self._view = View(session.scenario, self._meshcat)
+        self._picture = Picture(session.scenario)
+        self._picture.draw(meshcat)
+        self._shown = Frame()
         self._pulse = Pulse(self._meshcat)
         self._hold = KeyHold()
         self._held = False
@@ -118,17 +144,6 @@ class Panel:
         self._clicks = dict.fromkeys((STOP, RESET, *self._choices), 0)
         for name in (RESET, *self._choices):
             self._meshcat.AddButton(name)
-
-    @property
-    def address(self) -> str:
-        """Returns what to open in a browser."""
-        return f"{self._meshcat.web_url()}/?tracked_camera=on"
-
-    def run(self) -> None:
-        """Goes on until it is interrupted."""
-        while True:
-            self.step()
-            time.sleep(PERIOD)
 
     def step(self) -> None:
         """Passes on what is pushed and pressed, and draws the robot."""
@@ -144,9 +159,20 @@ class Panel:
             said = OperatorInput(self._sequence, v_c, omega_c, v_z, held)
             self._session.tell(said)
         snapshot = self._session.snapshot()
-        self._view.show(snapshot)
+        self._show(self._picture.at(snapshot))
         if snapshot.text != self._said:
             self._say(snapshot.text)
+
+    def _show(self, frame: Frame) -> None:
+        """Moves what has moved since the last call."""
+        news = frame.since(self._shown)
+        for path, X in news.poses.items():
+            self._meshcat.SetTransform(path, X)
+        for path, points in news.lines.items():
+            ends = points or [(0.0, 0.0, 0.0)]  # Meshcat draws no line of less than 2.
+            line = np.array([*ends, ends[-1]]).T
+            self._meshcat.SetLine(path, line, 3, LINES[path])
+        self._shown = frame
 
     def _pushed(self) -> tuple[bool, list[float]]:
         """Returns whether a dead-man is held, and the command in shares."""

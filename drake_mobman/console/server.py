@@ -1,4 +1,4 @@
-"""The console's server: the page, the socket that it drives by, and Meshcat behind it.
+"""The console's server: the page, the socket that it drives by, and the picture in it.
 
 All that acts comes by one socket of ours, where origin, size, shape and rate are
 checked; NiceGUI lays out the page, and hears nothing.
@@ -6,6 +6,7 @@ checked; NiceGUI lays out the page, and hears nothing.
 
 import asyncio
 import json
+import math
 import secrets
 import socket
 import time
@@ -14,11 +15,11 @@ from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import aiohttp
 import uvicorn
 from fastapi import FastAPI, Response, WebSocket, WebSocketDisconnect
 from nicegui import app as nicegui_app
 from nicegui import ui
+from starlette.responses import HTMLResponse
 from starlette.staticfiles import StaticFiles
 
 from drake_mobman.console.desk import Desk, Page
@@ -27,12 +28,15 @@ from drake_mobman.console.messages import MessageError
 from drake_mobman.console.page import add_page
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.state import state
-from drake_mobman.console.view import Viewer
+from drake_mobman.console.view import DRAGS, PERIOD, Frame, Picture, picture_page
 
 STATIC = Path(__file__).parent / "static"
 
 TELL = 1 / 20
 """Between two times that a page is told the session's state [s]."""
+
+_BREATH = 1.0
+"""After what time a page is told of a picture in which nothing moves [s]."""
 
 _GONE = (RuntimeError, WebSocketDisconnect)
 """What it comes to when one writes to a browser that has gone."""
@@ -56,12 +60,13 @@ class Server:
         self._host, self.port, *_ = place.getsockname()
         self.token = None if is_loopback(self._host) else secrets.token_urlsafe(16)
         self.desk = Desk(session, lambda: _new_folder(name))
-        self._viewer = Viewer(session)
+        self._picture = Picture(session.scenario, session.draggable if DRAGS else ())
+        self._drawn = picture_page(self._picture)
         app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         self._session = session
         self._p_BS = session.scenario.robot.arm().p_BS
         app.add_api_websocket_route("/drive", self._drive)
-        app.add_api_route("/view/{path:path}", self._view)
+        app.add_api_route("/view/", self._view)
         app.add_api_websocket_route("/view/", self._stream_view)
         app.mount("/static", _Fresh(directory=STATIC))
         add_page(name, session)
@@ -100,10 +105,7 @@ class Server:
 
     def run(self) -> None:
         """Serves until `close` or, in the main thread, Ctrl-C or SIGTERM."""
-        try:
-            self._uvicorn.run(sockets=[self._place])
-        finally:
-            self._viewer.close()
+        self._uvicorn.run(sockets=[self._place])
 
     def close(self) -> None:
         """Has `run` return."""
@@ -111,8 +113,7 @@ class Server:
 
     @asynccontextmanager
     async def _open(self, _app: FastAPI) -> AsyncIterator[None]:
-        nicegui_runs = nicegui_app.router.lifespan_context(nicegui_app)
-        async with nicegui_runs, aiohttp.ClientSession() as self._meshcat:
+        async with nicegui_app.router.lifespan_context(nicegui_app):
             yield
 
     # The socket that pages drive by.
@@ -150,29 +151,33 @@ class Server:
                 await browser.send_text(json.dumps(said))
                 await asyncio.sleep(TELL)
 
-    # Meshcat, which is served to this machine alone, and knows no token.
+    # The picture. Its page is Meshcat's, but nothing of Meshcat is served.
 
-    async def _view(self, path: str) -> Response:
-        """Passes on a file of Meshcat's page."""
-        async with self._meshcat.get(f"{self._viewer.url}/{path}") as found:
-            kind = found.headers.get("content-type")
-            return Response(await found.read(), found.status, media_type=kind)
+    async def _view(self) -> Response:
+        """Serves the page of the picture."""
+        return HTMLResponse(self._drawn, headers={"cache-control": "no-cache"})
 
     async def _stream_view(self, browser: WebSocket) -> None:
-        """Passes on what Meshcat draws, and nothing back."""
+        """Tells a browser what moves in the picture, and listens to nothing."""
         await browser.accept()
-        url = self._viewer.url.replace("http", "ws", 1)
-        async with self._meshcat.ws_connect(url, max_msg_size=0) as meshcat:
-            ends = {
-                asyncio.create_task(_pumped(meshcat, browser)),
-                asyncio.create_task(_drained(browser)),
-            }
-            try:
-                await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
-            finally:
-                for end in ends:
-                    end.cancel()
-                await asyncio.gather(*ends, return_exceptions=True)
+        showing = asyncio.create_task(self._show(browser))
+        try:
+            await _drained(browser)
+        finally:
+            showing.cancel()
+
+    async def _show(self, browser: WebSocket) -> None:
+        """Tells what has moved; one that is slow to listen is told less often."""
+        shown, breath = Frame(), -math.inf
+        with suppress(*_GONE):
+            while True:
+                now = time.monotonic()
+                frame = self._picture.at(self._session.snapshot())
+                if frame is not shown or now - breath > _BREATH:
+                    news = frame.since(shown).message()
+                    await browser.send_text(json.dumps(news))
+                    shown, breath = frame, now
+                await asyncio.sleep(PERIOD)
 
 
 class _Fresh(StaticFiles):
@@ -182,11 +187,6 @@ class _Fresh(StaticFiles):
         response = super().file_response(*args, **kwargs)
         response.headers["cache-control"] = "no-cache"
         return response
-
-
-async def _pumped(meshcat: aiohttp.ClientWebSocketResponse, browser: WebSocket) -> None:
-    async for message in meshcat:
-        await browser.send_bytes(message.data)
 
 
 async def _drained(browser: WebSocket) -> None:

@@ -1,20 +1,24 @@
-"""The robot in 3D as it is now, in Meshcat."""
+"""The robot in 3D as it is now: what is drawn, and where it moves to.
 
-import logging
-import threading
+Meshcat draws it. Where the console's page shows it, a browser is given what Meshcat has
+drawn at the start, and told what moves: no Meshcat is served.
+"""
+
+import dataclasses as dc
 from collections.abc import Collection
 from typing import Any
 
 import numpy as np
-from pydrake.geometry import Meshcat, MeshcatParams, Rgba, Sphere
+from pydrake.geometry import Meshcat, Rgba, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 from pydrake.visualization import VisualizationConfig
 
 from drake_mobman import signals
-from drake_mobman.console.session import LiveSession, Snapshot
+from drake_mobman.console.session import Snapshot
+from drake_mobman.meshcat import sealed_meshcat
 from drake_mobman.robots.model import drawn_plant
-from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.runs.scenario import AnyScenario, Guided
 
 PERIOD = 1 / 30
 """Between two pictures, at least [s]."""
@@ -22,116 +26,169 @@ PERIOD = 1 / 30
 DRAGS = hasattr(VisualizationConfig, "mouse_interaction_stiffness")
 """Whether Meshcat knows of Ctrl + drag, as it does from Drake 1.57 on."""
 
+# Paths begin at the root: Meshcat puts any other below what may be dragged.
 _WORLD = "/world"
 """Path of all that stands in the world, but for what may be dragged."""
 
 _DRAGGED = "/drake"
 """Path of what may be dragged there: Meshcat looks nowhere else."""
 
+_FLOOR = "/floor"
+"""Path of the floor, which goes with the base by whole cells."""
+
+_GUIDE = f"{_WORLD}/guide"
+"""Path of the hand that pulls."""
+
+BASE_PATH, HAND_PATH = f"{_WORLD}/base_path", f"{_WORLD}/hand_path"
+"""Paths of the lines along which base and hand have gone of late."""
+
+LINES = {BASE_PATH: Rgba(0.45, 0.45, 0.45), HAND_PATH: Rgba(0.1, 0.55, 0.75)}
+"""Their colors."""
+
 _STILL = 1e-4
 """By how much a picture may be wrong [m, rad]."""
 
-_FLOOR, _CELL = 6.0, 0.5
+_WIDTH, _CELL = 6.0, 0.5
 """How far the floor is drawn around the base, and the width of its cells [m]."""
 
 _STEP = 0.02
-"""How far base or hand go before their path is drawn on [m]."""
+"""How far base or hand go before their line is drawn on [m]."""
 
 _KEPT = 400
-"""Points of a path that are drawn."""
+"""Points of a line that are drawn."""
 
 
-class View:
+@dc.dataclass(frozen=True)
+class Frame:
+    """What moves in the picture, at one time; nothing in it changes any more."""
+
+    # Poses (4, 4) by path, each in the frame of the path above it [m].
+    poses: dict[str, Any] = dc.field(default_factory=dict)
+    # Points (x, y, z) in W of `LINES`, by path [m].
+    lines: dict[str, list[tuple[float, ...]]] = dc.field(default_factory=dict)
+
+    def since(self, before: "Frame") -> "Frame":
+        """Returns what is not as it was in the frame `before`."""
+        poses = {
+            path: X
+            for path, X in self.poses.items()
+            if not (path in before.poses and np.array_equal(X, before.poses[path]))
+        }
+        lines = {
+            path: points
+            for path, points in self.lines.items()
+            if points != before.lines.get(path)
+        }
+        return Frame(poses, lines)
+
+    def message(self) -> dict[str, Any]:
+        """Returns it as a browser is told: matrices column by column, in six digits."""
+        poses = {
+            path: np.round(X, 6).ravel(order="F").tolist()
+            for path, X in self.poses.items()
+        }
+        lines = {path: np.round(x, 4).tolist() for path, x in self.lines.items()}
+        return {"poses": poses, "lines": lines}
+
+
+class Picture:
     """A picture of the robot, outside of the simulation: it changes nothing there.
 
     The world moves under the robot, so that it never leaves the picture, however one
-    turns and zooms that. All calls come from the thread that made `meshcat`.
+    turns and zooms that. All calls come from one thread.
 
     Args:
         scenario: whose robot is shown.
-        meshcat: where.
         draggable: names of bodies that may be dragged.
     """
 
-    def __init__(
-        self,
-        scenario: AnyScenario,
-        meshcat: Meshcat,
-        draggable: Collection[str] = (),
-    ) -> None:
-        self._meshcat = meshcat
-        plant, scene_graph = drawn_plant(scenario.robot)
-        self._plant, self._context = plant, plant.CreateDefaultContext()
-        # All but the world.
-        bodies = [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
-        # Not by a `MeshcatVisualizer`: in a diagram, Python would let go of it and of
-        # `meshcat` whenever it likes and in any thread, which ends the process.
-        inspector = scene_graph.model_inspector()
-        paths = {
+    def __init__(self, scenario: AnyScenario, draggable: Collection[str] = ()) -> None:
+        self._reach = scenario.workspace.l_max
+        self._guided = isinstance(scenario, Guided)
+        self._plant, self._scene_graph = drawn_plant(scenario.robot)
+        self._context = self._plant.CreateDefaultContext()
+        count = self._plant.num_bodies()
+        bodies = [self._plant.get_body(BodyIndex(i)) for i in range(1, count)]
+        self._paths = {
             body: f"{_DRAGGED if body.name() in draggable else _WORLD}/{body.name()}"
             for body in bodies
+            if self._plant.GetVisualGeometriesForBody(body)
         }
-        self._drawn = {
-            body: path
-            for body, path in paths.items()
-            if _draw_body(plant, body, inspector, meshcat, path)
-        }
-        self._paths = {
-            "base_path": _Path(Rgba(0.45, 0.45, 0.45)),
-            "hand_path": _Path(Rgba(0.1, 0.55, 0.75)),
-        }
+        self._lines: dict[str, list[tuple[float, ...]]] = {path: [] for path in LINES}
         self._time = 0.0
-        self._shown: Any = np.inf  # What the picture shows.
-        _furnish(meshcat, scenario.workspace.l_max)
+        self._shown: Any = np.inf  # What the frame shows.
+        self._frame = Frame()
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Draws the robot as it is in a snapshot."""
+    def draw(self, meshcat: Meshcat) -> None:
+        """Draws all that a frame moves, and what stands still."""
+        # Not by a `MeshcatVisualizer`: in a diagram, Python would let go of it and of
+        # `meshcat` whenever it likes and in any thread, which ends the process.
+        inspector = self._scene_graph.model_inspector()
+        for body, path in self._paths.items():
+            geometries = self._plant.GetVisualGeometriesForBody(body)
+            for i, geometry in enumerate(geometries):
+                _draw_geometry(inspector, geometry, meshcat, f"{path}/{i}")
+        if self._guided:
+            meshcat.SetObject(_GUIDE, Sphere(0.045), Rgba(0.95, 0.45, 0.1, 0.6))
+        for path, color in LINES.items():
+            meshcat.SetLine(path, np.zeros((3, 2)), 3, color)
+        _furnish(meshcat, self._reach)
+
+    def at(self, snapshot: Snapshot) -> Frame:
+        """Returns what moves as it is in a snapshot; the last frame if nothing has."""
         pose = snapshot.signals.get(signals.BASE_POSE)
         if pose is None:
-            return
-        q = np.array([*pose, *snapshot.signals[signals.ARM_POSITION]])
-        guide = np.array(snapshot.signals.get(signals.HAND_POSITION, ()))
-        if np.allclose([*q, *guide], self._shown, rtol=0, atol=_STILL):
-            return  # To draw takes the browser's time, where it has no graphics card.
-        self._shown = [*q, *guide]
-        self._plant.SetPositions(self._context, q)
-        for body, path in self._drawn.items():
-            X_WB = self._plant.EvalBodyPoseInWorld(self._context, body)
-            self._meshcat.SetTransform(path, X_WB)
-        self._scroll(*pose[:2])
-        if snapshot.time < self._time:  # It has been started over.
-            self._forget_paths()
+            return self._frame
+        q = [*pose, *snapshot.signals[signals.ARM_POSITION]]
+        guide = snapshot.signals.get(signals.HAND_POSITION, ())
+        started_over = snapshot.time < self._time
         self._time = snapshot.time
+        seen = np.array([*q, *guide])
+        still = np.allclose(seen, self._shown, rtol=0, atol=_STILL)
+        # To draw takes the browser's time, where it has no graphics card.
+        if (still and not started_over) or not np.isfinite(seen).all():
+            return self._frame
+        self._shown = seen
+        self._plant.SetPositions(self._context, q)
+        poses = {
+            path: self._plant.EvalBodyPoseInWorld(self._context, body)
+            for body, path in self._paths.items()
+        }
+        if guide:
+            poses[_GUIDE] = RigidTransform(guide)
         hand = self._plant.GetFrameByName("tool").CalcPoseInWorld(self._context)
-        self._draw_path("hand_path", list(hand.translation()))
-        self._draw_path("base_path", [*pose[:2], 0.005])
-        if guide.size:
-            self._draw_guide(guide)
+        if started_over:
+            self._lines = {path: [] for path in LINES}
+        self._go_on(HAND_PATH, tuple(hand.translation()))
+        self._go_on(BASE_PATH, (*pose[:2], 0.005))
+        poses |= _scrolled(*pose[:2])
+        matrices = {path: X.GetAsMatrix4() for path, X in poses.items()}
+        self._frame = Frame(matrices, self._lines.copy())
+        return self._frame
 
-    def _scroll(self, x: float, y: float) -> None:
-        """Moves the world so that the base is in the middle."""
-        for path in (_WORLD, _DRAGGED):
-            self._meshcat.SetTransform(path, RigidTransform([-x, -y, 0.0]))
-        cell = [-(x % _CELL), -(y % _CELL), 0.0]
-        self._meshcat.SetTransform("floor", RigidTransform(cell))
+    def _go_on(self, path: str, point: tuple[float, ...]) -> None:
+        """Adds a point to a line if it is far enough from the last one."""
+        points = self._lines[path]
+        if points and np.linalg.norm(np.subtract(point, points[-1])) < _STEP:
+            return
+        self._lines[path] = [*points[1 - _KEPT :], point]
 
-    def _draw_path(self, name: str, point: list[float]) -> None:
-        path = self._paths[name]
-        if path.goes_on(point):
-            points = np.array(path.points).T
-            self._meshcat.SetLine(f"{_WORLD}/{name}", points, 3, path.color)
 
-    def _forget_paths(self) -> None:
-        for name, path in self._paths.items():
-            path.points.clear()
-            self._meshcat.Delete(f"{_WORLD}/{name}")
+def picture_page(picture: Picture) -> str:
+    """Returns a page, whole by itself, that shows a picture as it is drawn at first."""
+    meshcat = sealed_meshcat()
+    picture.draw(meshcat)
+    return meshcat.StaticHtml()
 
-    def _draw_guide(self, p_WH: Any) -> None:
-        """Draws the hand that pulls."""
-        path = f"{_WORLD}/guide"
-        if not self._meshcat.HasPath(path):
-            self._meshcat.SetObject(path, Sphere(0.045), Rgba(0.95, 0.45, 0.1, 0.6))
-        self._meshcat.SetTransform(path, RigidTransform(p_WH))
+
+def _scrolled(x: float, y: float) -> dict[str, RigidTransform]:
+    """Returns poses of the world, and of the floor in it, with the base in the middle.
+
+    The floor's lines stand still in the world, and its middle stays by the base.
+    """
+    world = RigidTransform([-x, -y, 0.0])
+    cell = RigidTransform([-(x % _CELL), -(y % _CELL), 0.0])
+    return {_WORLD: world, _DRAGGED: world, _FLOOR: cell}
 
 
 def _furnish(meshcat: Meshcat, reach: float) -> None:
@@ -141,94 +198,19 @@ def _furnish(meshcat: Meshcat, reach: float) -> None:
     meshcat.SetProperty("/Background/<object>", "top_color", [0.90, 0.93, 0.97])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.66, 0.71, 0.78])
     # In pieces of a cell: a line that goes on behind the camera is not always drawn.
-    lines = np.arange(-_FLOOR, _FLOOR + _CELL / 2, _CELL)
+    lines = np.arange(-_WIDTH, _WIDTH + _CELL / 2, _CELL)
     across, along = (x.ravel() for x in np.meshgrid(lines, lines[:-1]))
     flat = np.zeros(across.size)
     start = np.hstack([[across, along, flat], [along, across, flat]])
     end = np.hstack([[across, along + _CELL, flat], [along + _CELL, across, flat]])
-    meshcat.SetLineSegments("floor", start, end, 1, Rgba(0.5, 0.55, 0.62))
+    meshcat.SetLineSegments(_FLOOR, start, end, 1, Rgba(0.5, 0.55, 0.62))
     target = np.array([0.35 * reach, 0.0, 0.4])
     away = (0.7 + 0.45 * reach) * np.array([-0.5, -1.1, 0.75])
     meshcat.SetCameraPose(target + away, target)
 
 
-def _draw_body(
-    plant: Any, body: Any, inspector: Any, meshcat: Meshcat, path: str
-) -> bool:
-    """Draws what a body looks like; returns whether there is anything to see."""
-    geometries = plant.GetVisualGeometriesForBody(body)
-    for i, geometry in enumerate(geometries):
-        part = f"{path}/{i}"
-        properties = inspector.GetIllustrationProperties(geometry)
-        color = properties.GetPropertyOrDefault("phong", "diffuse", Rgba(0.8, 0.8, 0.8))
-        meshcat.SetObject(part, inspector.GetShape(geometry), color)
-        meshcat.SetTransform(part, inspector.GetPoseInFrame(geometry))
-    return bool(geometries)
-
-
-class _Path:
-    """Where something has been of late."""
-
-    def __init__(self, color: Rgba) -> None:
-        self.color = color
-        self.points: list[list[float]] = []
-
-    def goes_on(self, point: list[float]) -> bool:
-        """Adds a point if it is far enough from the last; returns whether to draw."""
-        if self.points and np.linalg.norm(np.subtract(point, self.points[-1])) < _STEP:
-            return False
-        self.points = [*self.points[1 - _KEPT :], point]
-        return len(self.points) > 1
-
-
-class Viewer:
-    """Shows a session in Meshcat from a thread of its own, until it is closed.
-
-    Meshcat is served to this machine alone.
-
-    Args:
-        session: that is shown.
-    """
-
-    def __init__(self, session: LiveSession) -> None:
-        self.url = ""  # Of Meshcat.
-        self._session = session
-        self._closing, self._ready = threading.Event(), threading.Event()
-        # Meshcat may be called only by the thread that made it.
-        self._thread = threading.Thread(target=self._run, name="view", daemon=True)
-        self._thread.start()
-        self._ready.wait()
-
-    def close(self) -> None:
-        """Ends it."""
-        self._closing.set()
-        self._thread.join()
-
-    def _run(self) -> None:
-        try:
-            meshcat = local_meshcat()
-            draggable = self._session.draggable if DRAGS else ()
-            view = View(self._session.scenario, meshcat, draggable)
-            self.url = meshcat.web_url()
-        finally:
-            self._ready.set()  # Without a picture one still drives.
-        shown: Any = None
-        while not self._closing.wait(PERIOD):
-            snapshot = self._session.snapshot()
-            if snapshot is not shown and meshcat.GetNumActiveConnections():
-                view.show(snapshot)
-                shown = snapshot
-
-
-def local_meshcat(port: int | None = None) -> Meshcat:
-    """Returns a Meshcat that is served to this machine alone, without a word of it.
-
-    Args:
-        port: 0 or None for any that is free.
-
-    Raises:
-        RuntimeError: where the port cannot be had.
-    """
-    logging.getLogger("drake").setLevel(logging.WARNING)
-    params = MeshcatParams(host="localhost", port=port, show_stats_plot=False)
-    return Meshcat(params)
+def _draw_geometry(inspector: Any, geometry: Any, meshcat: Meshcat, path: str) -> None:
+    properties = inspector.GetIllustrationProperties(geometry)
+    color = properties.GetPropertyOrDefault("phong", "diffuse", Rgba(0.8, 0.8, 0.8))
+    meshcat.SetObject(path, inspector.GetShape(geometry), color)
+    meshcat.SetTransform(path, inspector.GetPoseInFrame(geometry))

@@ -1,12 +1,9 @@
 """The motion in 3D, as a page that opens by itself in a browser."""
 
-import logging
 from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import (
-    Meshcat,
-    MeshcatParams,
     MeshcatVisualizer,
     MeshcatVisualizerParams,
     Rgba,
@@ -18,6 +15,7 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
+from drake_mobman.meshcat import sealed_meshcat
 from drake_mobman.robots.model import drawn_plant
 from drake_mobman.runs.motion import hand_motion
 from drake_mobman.runs.simulate import Run
@@ -45,9 +43,7 @@ def write_scene(run: Run, file: Path) -> None:
         poses.get_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    # On this machine alone, and without a word of it: nothing is served to others.
-    logging.getLogger("drake").setLevel(logging.WARNING)
-    meshcat = Meshcat(MeshcatParams(host="localhost"))
+    meshcat = sealed_meshcat()
     MeshcatVisualizer.AddToBuilder(
         builder,
         scene_graph,
@@ -57,9 +53,9 @@ def write_scene(run: Run, file: Path) -> None:
     tool = log.get(signals.TOOL_POSITION)
     path = hand_motion(run).position if tool is None else tool[:, :2]
     height = np.full(len(path), 0.005)
-    meshcat.SetLine("hand_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75))
+    meshcat.SetLine("/hand_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75))
     base = np.vstack([log[signals.BASE_POSE][:, :2].T, height])
-    meshcat.SetLine("base_path", base, 3, Rgba(0.5, 0.5, 0.5))
+    meshcat.SetLine("/base_path", base, 3, Rgba(0.5, 0.5, 0.5))
     lowest, highest = q[:, :2].min(0), q[:, :2].max(0)
     target = np.array([*(lowest + highest) / 2, 0.4])
     away = 0.8 + float(np.linalg.norm(highest - lowest)) / 6

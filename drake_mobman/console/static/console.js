@@ -43,7 +43,8 @@ const keys = new Keys(changed, stop);
 const gamepads = new Gamepads(neutral, stop);
 const drag = new Drag(changed);
 const devices = [pad, lever, keys, gamepads, drag];
-const scene = new Scene(document.querySelector(".scene"), (inside) => {
+const [frame, still] = [".scene", ".still"].map((x) => document.querySelector(x));
+const scene = new Scene(frame, still, (inside) => {
   drag.listen(inside);
   watch(inside);
 });

@@ -21,15 +21,16 @@ export class Drag {
     this.pull = undefined;
   }
 
-  // Hears what Meshcat says in its window, in its server's place.
+  // Hears what Meshcat says in its window, in the place of a server: it has none.
   listen({ viewer, MeshCat }) {
     this.neutral();
     this.waits = false;
     if (!viewer) return;
-    viewer.connection.send = (bytes) => {
+    const send = (bytes) => {
       const said = MeshCat.msgpack.decode(bytes);
       if (said.type === "mouse_drag") this.#hear(said, viewer, MeshCat.THREE);
     };
+    viewer.connection = { readyState: WebSocket.OPEN, send };
   }
 
   // Places come in the picture's frame, where the base stays in the middle.

@@ -1,22 +1,29 @@
-// Meshcat in its frame. Where a machine has no graphics card, drawing takes most of its
-// time; the stick comes first, and the picture gets coarser.
+// The picture in its frame, drawn by Meshcat's page. Where a machine has no graphics
+// card, drawing takes most of its time; the stick comes first, and the picture gets
+// coarser.
+
+import { Motion } from "./motion.js";
 
 const COARSER = 0.7; // Pixels along an edge, from one step to the next.
 const COARSEST = 0.4; // Pixels of the picture for a pixel of the screen.
 const LATE = 6; // How late timers may be, on average, before it gets coarser [ms].
 const PATIENCE = 20; // Timers between two steps.
 const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i; // No graphics card.
+const AGAIN = 3000; // Before a page that did not load is loaded again [ms].
 
 export class Scene {
   // `opened(window)` is called with Meshcat's own window, and again where it is loaded
-  // anew; there is no `viewer` in it where the browser has no WebGL.
-  constructor(frame, opened) {
+  // anew; there is no `viewer` in it where the browser has no WebGL. Why there is no
+  // picture, or none that moves, is said in `notice`.
+  constructor(frame, notice, opened) {
     this.frame = frame;
+    this.notice = notice;
     this.opened = opened;
+    this.motion = new Motion((why) => this.#say(why));
     this.late = 0;
     this.count = 0;
-    frame.addEventListener("load", () => this.#tidy());
-    this.#tidy();
+    frame.addEventListener("load", () => this.#loaded());
+    this.#loaded();
   }
 
   // Takes note that a timer came late by so much [ms].
@@ -43,16 +50,34 @@ export class Scene {
     this.#renderer.setPixelRatio(ratio);
   }
 
-  // Hides Meshcat's own panel: nothing in it is for the operator.
-  #tidy() {
+  // Takes over what has been loaded, unless it still is on its way.
+  #loaded() {
     const inside = this.frame.contentDocument; // None, where it could not be loaded.
-    if (inside?.readyState !== "complete" || inside.URL === "about:blank") return;
-    if (inside.querySelector("style.console")) return;
+    if (inside && inside.readyState !== "complete") return;
+    if (inside?.URL === "about:blank" || inside?.querySelector("style.console")) return;
+    if (!inside?.querySelector("#meshcat-pane")) {
+      this.motion.end();
+      this.#say("No picture: it did not load.");
+      setTimeout(() => (this.frame.src = this.frame.src), AGAIN);
+      return;
+    }
+    this.#tidy(inside);
+    const { viewer, MeshCat } = this.frame.contentWindow;
+    if (viewer) this.motion.show(viewer, MeshCat);
+    else this.#say("No picture: this browser draws nothing in 3D.");
+    this.opened(this.frame.contentWindow);
+  }
+
+  // Hides Meshcat's own panel: nothing in it is for the operator.
+  #tidy(inside) {
     if (SOFTWARE.test(this.#drawn_by())) this.#draw(COARSEST);
     const style = inside.createElement("style");
     style.className = "console";
     style.textContent = ".dg { display: none !important; }";
     inside.head.append(style);
-    this.opened(this.frame.contentWindow);
+  }
+
+  #say(why) {
+    if (this.notice.textContent !== why) this.notice.textContent = why;
   }
 }

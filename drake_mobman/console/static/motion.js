@@ -1,0 +1,68 @@
+// What moves in the picture, heard from the session by a socket of its own.
+
+const AGAIN = 500; // Before a socket that closed is opened again [ms].
+const SILENT = 3000; // Without a word from the session, the picture stands still [ms].
+
+export class Motion {
+  // `still(why)` is called with why the picture stands still, or nothing if it does not.
+  constructor(still) {
+    this.still = still;
+    this.viewer = null;
+    this.last = 0; // When it was last heard [ms].
+    setInterval(() => this.#check(), SILENT / 3);
+  }
+
+  // Shows in Meshcat's viewer, from now on, what moves.
+  show(viewer, { THREE }) {
+    this.viewer = viewer;
+    this.lines = THREE.Float32BufferAttribute;
+    this.#open(); // All is told anew.
+  }
+
+  // Shows nothing any more.
+  end() {
+    this.viewer = null;
+    this.socket?.close();
+  }
+
+  #open() {
+    this.socket?.close();
+    const secure = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${secure}://${location.host}/view/`);
+    this.socket = socket;
+    this.last = performance.now();
+    socket.onmessage = ({ data }) => {
+      if (socket !== this.socket || !this.viewer) return;
+      this.last = performance.now();
+      this.#move(JSON.parse(data));
+      this.still("");
+    };
+    socket.onclose = () => {
+      if (socket !== this.socket || !this.viewer) return;
+      this.still("The picture stands still: no connection to the session.");
+      setTimeout(() => socket === this.socket && this.viewer && this.#open(), AGAIN);
+    };
+  }
+
+  #check() {
+    if (!this.viewer || performance.now() - this.last < SILENT) return;
+    this.still("The picture stands still: not a word from the session.");
+    this.#open();
+  }
+
+  #move({ poses, lines }) {
+    for (const [path, matrix] of Object.entries(poses)) {
+      this.viewer.handle_command({ type: "set_transform", path, matrix });
+    }
+    for (const [path, points] of Object.entries(lines)) this.#draw(path, points);
+  }
+
+  #draw(path, points) {
+    const names = path.split("/").filter(Boolean);
+    const { geometry } = this.viewer.scene_tree.find([...names, "<object>"]).object;
+    geometry.dispose(); // What the graphics card holds of it.
+    geometry.setAttribute("position", new this.lines(points.flat(), 3));
+    geometry.computeBoundingSphere();
+    this.viewer.set_dirty();
+  }
+}
