@@ -108,9 +108,10 @@ def run(
             if job.numbers:
                 results[name] = job.numbers
             status = status or job.status
-        if results:
-            print_metrics(results)
-            console.print(f"written to {printable(out)}", highlight=False, markup=False)
+        with unless_gone(stop):
+            if results:
+                print_metrics(results)
+                say(f"written to {printable(out)}")
         raise typer.Exit(stop.status or status)
 
 
@@ -252,10 +253,9 @@ def compare_one(
     except KeyboardInterrupt:
         complain(f"{folder}: interrupted, not written")
         return INTERRUPTED
-    print_metrics(comparison.metrics, title=name)
-    console.print(
-        f"written to {printable(folder)}", highlight=False, markup=False, soft_wrap=True
-    )
+    with unless_gone(stop):
+        print_metrics(comparison.metrics, title=name)
+        say(f"written to {printable(folder)}")
     if any(run.interrupted for run in comparison.runs.values()):
         return INTERRUPTED
     died = any(run.died for run in comparison.runs.values())
@@ -515,7 +515,7 @@ def field(
         except KeyboardInterrupt:
             complain("interrupted")
             raise typer.Exit(stop.status) from None
-        console.print(f"written to {printable(out)}", highlight=False, markup=False)
+        say(f"written to {printable(out)}")
 
 
 @contextmanager
@@ -545,6 +545,25 @@ def progress_bar(name: str, total: float, unit: str = " s") -> Iterator[Any]:
     finally:
         with suppress(OSError):
             bar.stop()
+
+
+def say(line: str) -> None:
+    """Prints one line to the standard output, as it is."""
+    console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+
+@contextmanager
+def unless_gone(stop: Any) -> Iterator[None]:
+    """Has its body print, unless the user has gone, and his terminal with him."""
+    try:
+        yield
+    except OSError:
+        if not stop():
+            raise
+        # Or Python tries again at its end, and complains.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 def printable(text: object) -> str:

@@ -17,6 +17,9 @@ Log = Mapping[str, np.ndarray]
 WINDOW = 50_000
 """Samples that are worked on at a time, where a log may be longer than memory."""
 
+_STATE = (signals.BASE_POSE, signals.ARM_POSITION)
+"""What all other signals follow from."""
+
 _NAME = "log"
 
 
@@ -135,18 +138,32 @@ def windows(log: Log, before: int = 0) -> Iterator[tuple[int, Log]]:
 
 
 def finite_rows(log: Log) -> int:
-    """Returns how many samples come before the first with a NaN or an infinity.
-
-    But for `operator_input`, which holds whatever the operator's device says.
-    """
+    """Returns how many samples come before the first that is not finite."""
     rows = 0
     for _, window in windows(log):
-        n = len(window["time"])
-        finite = np.ones(n, bool)
-        for name, x in window.items():
-            if name != signals.OPERATOR_INPUT:
-                finite &= np.isfinite(x.reshape(n, -1)).all(axis=1)
-        if not finite.all():
-            return rows + int(np.argmin(finite))
-        rows += n
+        if found := first_not_finite(window):
+            return rows + found[0]
+        rows += len(window["time"])
     return rows
+
+
+def first_not_finite(log: Log) -> tuple[int, str] | None:
+    """Returns the first sample that holds a NaN or an infinity, and which signal does.
+
+    Of several signals, one that others follow from. None where all are finite, but for
+    `operator_input`, which holds whatever the operator's device says.
+    """
+    firsts = {}
+    for name in names_in_order(log):
+        x = log[name].reshape(len(log[name]), int(np.prod(log[name].shape[1:])))
+        finite = np.isfinite(x).all(axis=1)
+        if not finite.all():
+            firsts[name] = int(np.argmin(finite))
+    name = min(firsts, key=firsts.__getitem__, default="")
+    return (firsts[name], name) if firsts else None
+
+
+def names_in_order(named: Mapping[str, Any]) -> list[str]:
+    """Returns the names of signals to be finite, the robot's state before the rest."""
+    names = [name for name in named if name != signals.OPERATOR_INPUT]
+    return sorted(names, key=lambda name: name not in _STATE)

@@ -18,7 +18,7 @@ from drake_mobman.runs.log import (
     StoredLog,
     append_log,
     drained_log,
-    finite_rows,
+    first_not_finite,
     head,
 )
 from drake_mobman.runs.scenario import AnyScenario
@@ -113,6 +113,8 @@ def simulated(
         logged.drain()
     except Exception as error:
         died = died or f"died at t = {logged.time():g} s: {_reason(error)}"
+    if not died.startswith(logged.died):
+        died = logged.died
     return Run(scenario, logged.log(), wall_time, np.zeros(0), died, interrupted)
 
 
@@ -124,6 +126,7 @@ class _Logged:
         self._part = part
         self._pieces: list[Log] = []
         self._complete = False  # Whether nothing may come after what there is.
+        self.died = ""  # When and why that is so: a signal was not finite.
 
     def time(self) -> float:
         """Returns how far the simulator has come [s]."""
@@ -140,16 +143,17 @@ class _Logged:
             return
         self._complete = True  # Unless all of it gets there.
         log = drained_log(self.simulator.get_system(), self.simulator.get_context())
-        finite = finite_rows(log)
+        found = first_not_finite(log)
+        finite = head(log, found[0] if found else len(log["time"]))
         if self._part:
             with self._part.open("ab") as file:
-                append_log(file, head(log, finite))
+                append_log(file, finite)
         else:
-            self._pieces.append(head(log, finite))
-        for name, x in log.items():
-            if name != signals.OPERATOR_INPUT and not np.isfinite(x[finite:]).all():
-                at = log["time"][finite]
-                raise ArithmeticError(f"{name} is not finite any more at t = {at:g} s")
+            self._pieces.append(finite)
+        if found:
+            at, reason = log["time"][found[0]], f"{found[1]} is not finite any more"
+            self.died = f"died at t = {at:g} s: {reason}"
+            raise ArithmeticError(reason)
         self._complete = False
 
     def log(self) -> Log:
