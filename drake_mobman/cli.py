@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -43,7 +43,8 @@ Overrides = Annotated[
 def complain(message: object) -> None:
     """Prints one line to the standard error."""
     line = f"mobman: {' '.join(str(message).split())}"
-    errors.print(line, markup=False, highlight=False)
+    with suppress(OSError):  # Of a terminal that has gone.
+        errors.print(line, markup=False, highlight=False)
 
 
 def refuse(message: object) -> NoReturn:
@@ -71,24 +72,58 @@ def run(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
     scene: Annotated[bool, typer.Option("--scene", help="Write the 3D scene.")] = False,
+    log_period: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS", help="Between samples of log.npz; metrics see them all."
+        ),
+    ] = None,
 ) -> None:
     """Simulates scenarios headless, and writes a run folder for each."""
-    from drake_mobman.runs.run_folder import RUN
+    from drake_mobman.runs.stop import Stop
 
-    loaded = load_all(scenarios, set_, out, RUN)
-    results: dict[str, Any] = {}
-    status = 0
-    for name, scenario in loaded.items():
-        numbers, ended = run_one(name, scenario, out / name, figures, scene)
-        if numbers:
-            results[name] = numbers
-        status = status or ended
-        if ended == INTERRUPTED:
-            break
-    if results:
-        print_metrics(results)
-        console.print(f"written to {out}", highlight=False, markup=False)
-    raise typer.Exit(status)
+    with Stop() as stop:
+        from drake_mobman.parameters import ParameterError
+        from drake_mobman.runs.job import Job, Shown, Wanted
+        from drake_mobman.runs.run_folder import RUN
+
+        loaded = load_all(scenarios, set_, out, RUN)
+        every = {
+            name: samples_between(scenario, log_period)
+            for name, scenario in loaded.items()
+        }
+        results: dict[str, Any] = {}
+        status = 0
+        for name, scenario in loaded.items():
+            if stop():
+                complain(f"{name}: interrupted, not run")
+                break
+            wanted = Wanted(figures, scene, every[name])
+            shown = Shown(complain, progress_bar)
+            job = Job(name, scenario, out / name, wanted, stop, shown)
+            try:
+                job.run()
+            except ParameterError as error:
+                refuse(f"{name}: {error}")
+            if job.numbers:
+                results[name] = job.numbers
+            status = status or job.status
+        with unless_gone(stop):
+            if results:
+                print_metrics(results)
+                say(f"written to {printable(out)}")
+        raise typer.Exit(stop.status or status)
+
+
+def samples_between(scenario: Any, log_period: float | None) -> int:
+    """Returns of how many samples one is kept, or refuses."""
+    if log_period is None:
+        return 1
+    every = log_period / scenario.period
+    if not 0.5 < every < 1e9 or abs(every - round(every)) > 1e-6 * every:
+        whole = f"a multiple of the period, {scenario.period:g}"
+        refuse(f"--log-period: {log_period:g} is not valid; must be {whole}")
+    return round(every)
 
 
 def load_all(
@@ -98,7 +133,10 @@ def load_all(
 
     Each gets its own folder in `out`, which is new or holds nothing but `ours`.
     """
-    from drake_mobman.runs.run_folder import FolderError, check_writable
+    from drake_mobman.parameters import ParameterError
+    from drake_mobman.runs.output_folder import FolderError
+    from drake_mobman.runs.run_folder import check_run_folder
+    from drake_mobman.runs.size import check_room
 
     loaded: dict[str, Any] = {}
     for given in scenarios:
@@ -106,9 +144,12 @@ def load_all(
         if name in loaded:
             refuse(f"{given}: {name} is given twice; each goes to its own folder")
         try:
-            check_writable(out / name, ours)
+            check_run_folder(out / name, ours)
+            check_room(scenario, out / name)
         except FolderError as error:
             refuse(error)
+        except ParameterError as error:
+            refuse(f"{given}: {error}")
         loaded[name] = scenario
     return loaded
 
@@ -129,44 +170,6 @@ def load_runnable(given: str, overrides: list[str]) -> tuple[str, Any]:
     return name, scenario
 
 
-def run_one(
-    name: str, scenario: Any, folder: Path, figures: bool, scene: bool
-) -> tuple[dict[str, Any] | None, int]:
-    """Runs a scenario into its folder; returns its metrics and an exit status.
-
-    What was logged is kept however the run ends, and pictures come last, so that a
-    disk that fills up, or a user who will not wait, costs pictures only.
-    """
-    from drake_mobman.runs.run_folder import new_folder, write_figures, write_run
-    from drake_mobman.runs.scene import write_scene
-    from drake_mobman.runs.simulate import simulate
-
-    numbers, status = None, 0
-    try:
-        with new_folder(folder) as draft:
-            with progress_bar(name, scenario.duration) as progress:
-                result = simulate(scenario, progress=progress)
-            if result.died:
-                complain(f"{name}: {result.died}; the log until then is kept")
-                status = INTERRUPTED if result.interrupted else DIED
-            numbers = write_run(result, draft)
-            try:
-                if figures and not result.died:
-                    write_figures(result, draft)
-                if scene and not result.died:
-                    write_scene(result, draft / "scene.html")
-            except OSError as error:
-                complain(f"{name}: pictures not written: {error}")
-                status = DIED
-            except KeyboardInterrupt:
-                complain(f"{name}: interrupted while drawing; the log is kept")
-                status = INTERRUPTED
-    except OSError as error:
-        complain(f"{folder}: not written: {error}")
-        return None, DIED
-    return numbers, status
-
-
 @app.command()
 def compare(
     scenarios: Scenarios,
@@ -179,60 +182,84 @@ def compare(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Runs scenarios with each of some decomposers, and writes what they make of it."""
-    from drake_mobman.parameters import ParameterError
-    from drake_mobman.runs.compare import chosen_decomposers, with_each
-    from drake_mobman.runs.run_folder import COMPARISON
-    from drake_mobman.runs.scenario import ScenarioError
+    from drake_mobman.runs.stop import Stop
 
-    try:
-        chosen = chosen_decomposers(decomposers.split(","))
-    except ParameterError as error:
-        refuse(error)
-    loaded = load_all(scenarios, set_, out, COMPARISON)
-    for name, scenario in loaded.items():
+    with Stop() as stop:
+        from drake_mobman.parameters import ParameterError
+        from drake_mobman.runs.compare import chosen_decomposers, with_each
+        from drake_mobman.runs.run_folder import COMPARISON
+        from drake_mobman.runs.scenario import ScenarioError
+
         try:
-            with_each(scenario, chosen)
-        except ScenarioError as error:
-            refuse(f"{name}: {error}")
+            chosen = chosen_decomposers(decomposers.split(","))
+        except ParameterError as error:
+            refuse(error)
+        loaded = load_all(scenarios, set_, out, COMPARISON)
+        for name, scenario in loaded.items():
+            try:
+                with_each(scenario, chosen)
+            except ScenarioError as error:
+                refuse(f"{name}: {error}")
 
-    status = 0
-    for name, scenario in loaded.items():
-        ended = compare_one(name, scenario, chosen, out / name)
-        status = status or ended
-        if ended == INTERRUPTED:
-            break
-    raise typer.Exit(status)
+        status = 0
+        for name, scenario in loaded.items():
+            if stop():
+                complain(f"{name}: interrupted, not run")
+                break
+            ended = compare_one(name, scenario, chosen, out / name, stop)
+            status = status or ended
+            if ended == INTERRUPTED:
+                break
+        raise typer.Exit(stop.status or status)
 
 
 def compare_one(
-    name: str, scenario: Any, decomposers: dict[str, type], folder: Path
+    name: str, scenario: Any, decomposers: dict[str, type], folder: Path, stop: Any
 ) -> int:
-    """Compares decomposers on a scenario into a folder; returns an exit status."""
-    from drake_mobman.runs.compare import compared, write_comparison
-    from drake_mobman.runs.run_folder import COMPARISON, new_folder
-    from drake_mobman.runs.simulate import simulate
+    """Compares decomposers on a scenario into a folder; returns an exit status.
 
-    def simulated(decomposer: str, variant: Any) -> Any:
+    If the user will not wait, it is a comparison as far as it goes.
+    """
+    from drake_mobman.runs.compare import compared, draw, write_comparison
+    from drake_mobman.runs.output_folder import OutputFolder
+    from drake_mobman.runs.run_folder import COMPARISON
+    from drake_mobman.runs.simulate import simulated, tick_times
+
+    def run_with(decomposer: str, variant: Any) -> Any:
         title = f"{name}, {decomposer}"
+        part = opened.file(f"{decomposer}.part")
         with progress_bar(title, variant.duration) as progress:
-            result = simulate(variant, progress=progress)
-        if result.died and not result.interrupted:
+            result = simulated(variant, progress=progress, stop=stop, part=part)
+        if result.died:
             complain(f"{title}: {result.died}")
+        elif not stop():
+            result.tick_times = tick_times(variant)
         return result
 
+    status = 0
     try:
-        with new_folder(folder, COMPARISON) as draft:
-            comparison = compared(scenario, decomposers, simulated)
-            write_comparison(comparison, name, draft)
-    except OSError as error:
+        with OutputFolder(folder, COMPARISON) as opened:
+            comparison = compared(scenario, decomposers, run_with, stop)
+            write_comparison(comparison, name, opened)
+            try:
+                picture = stop.cut_short(2, lambda: draw(comparison))
+                opened.put("comparison.png", picture)
+            except (Exception, SystemExit) as error:
+                complain(f"{folder}: picture not written: {error}")
+                status = DIED
+    except (Exception, SystemExit) as error:
         complain(f"{folder}: not written: {error}")
         return DIED
     except KeyboardInterrupt:
         complain(f"{folder}: interrupted, not written")
         return INTERRUPTED
-    print_metrics(comparison.metrics, title=name)
-    console.print(f"written to {folder}", highlight=False, markup=False, soft_wrap=True)
-    return DIED if any(run.died for run in comparison.runs.values()) else 0
+    with unless_gone(stop):
+        print_metrics(comparison.metrics, title=name)
+        say(f"written to {printable(folder)}")
+    if any(run.interrupted for run in comparison.runs.values()):
+        return INTERRUPTED
+    died = any(run.died for run in comparison.runs.values())
+    return status or (DIED if died else 0)
 
 
 @app.command()
@@ -247,44 +274,61 @@ def bench(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Times a tick of each decomposer beside optimisers, and whole runs."""
+    from drake_mobman.runs.stop import Stop
+
+    with Stop() as stop:
+        status = bench_one(scenario, out, turns, set_, stop)
+        raise typer.Exit(stop.status or status)
+
+
+def bench_one(
+    scenario: str, out: Path | None, turns: int, set_: list[str], stop: Any
+) -> int:
+    """Times it all; returns an exit status."""
     import json
 
+    from drake_mobman.parameters import ParameterError
     from drake_mobman.runs.bench import bench as timed
     from drake_mobman.runs.bench import report
     from drake_mobman.runs.compare import with_each
-    from drake_mobman.runs.run_folder import FolderError, new_file
+    from drake_mobman.runs.output_folder import FolderError, new_file
     from drake_mobman.runs.scenario import ScenarioError
-    from drake_mobman.runs.simulate import simulate
+    from drake_mobman.runs.simulate import simulated
+    from drake_mobman.runs.size import check_room
 
     name, loaded = load_runnable(scenario, set_)
     try:
         with_each(loaded, {})
-    except ScenarioError as error:
+        check_room(loaded)
+    except (ScenarioError, ParameterError) as error:
         refuse(f"{name}: {error}")
     if out and out.suffix != ".json":
         refuse(f"{out}: must end in .json")
     try:
         with new_file(out) if out else nullcontext() as draft:
-            recorded = simulate(loaded)
+            recorded = simulated(loaded, stop=stop)
             if recorded.died:
                 complain(f"{name}: {recorded.died}; nothing is timed")
-                raise typer.Exit(INTERRUPTED if recorded.interrupted else DIED)
-            with errors.status("") as status:
-                content = timed(loaded, recorded, turns, status.update)
+                return INTERRUPTED if recorded.interrupted else DIED
+            with errors.status("") as shown:
+                content = stop.cut_short(
+                    1, lambda: timed(loaded, recorded, turns, shown.update)
+                )
+            text = json.dumps({"scenario": name} | content, indent=2)
+            if draft:
+                draft.write_text(text + "\n", "utf-8")
             console.print(
                 report(content, name), soft_wrap=True, highlight=False, markup=False
             )
-            if draft:
-                text = json.dumps({"scenario": name} | content, indent=2)
-                draft.write_text(text + "\n")
     except FolderError as error:
         refuse(error)
     except OSError as error:
         complain(f"{out}: not written: {error}")
-        raise typer.Exit(DIED) from None
+        return DIED
     except KeyboardInterrupt:
         complain("interrupted")
-        raise typer.Exit(INTERRUPTED) from None
+        return INTERRUPTED
+    return 0
 
 
 @app.command()
@@ -307,7 +351,7 @@ def drive(
     """Simulates in real time, to be driven from a page in the browser."""
     from drake_mobman.console.session import LiveSession
     from drake_mobman.parameters import ParameterError
-    from drake_mobman.runs.run_folder import FolderError
+    from drake_mobman.runs.output_folder import FolderError
     from drake_mobman.runs.scenario import ScenarioError, load_scenario
 
     try:
@@ -420,15 +464,27 @@ def graph(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Draws the wired diagram of a scenario."""
-    from drake_mobman.diagrams import make_diagram
-    from drake_mobman.runs.graph import GraphError, write_graph
-    from drake_mobman.runs.scenario import ScenarioError, load_scenario
+    from drake_mobman.runs.stop import Stop
 
-    try:
-        _, loaded = load_scenario(scenario, set_)
-        write_graph(make_diagram(loaded, logged=False), out)
-    except (ScenarioError, GraphError) as error:
-        refuse(error)
+    with Stop() as stop:
+        from drake_mobman.diagrams import make_diagram
+        from drake_mobman.runs.graph import GraphError, graph_of, write_graph
+        from drake_mobman.runs.output_folder import FolderError
+        from drake_mobman.runs.scenario import ScenarioError, load_scenario
+
+        try:
+            _, loaded = load_scenario(scenario, set_)
+            diagram = make_diagram(loaded, logged=False)
+            content = stop.cut_short(1, lambda: graph_of(diagram, out))
+            write_graph(content, out)
+        except (ScenarioError, GraphError, FolderError) as error:
+            refuse(error)
+        except OSError as error:
+            complain(f"{out}: not written: {error}")
+            raise typer.Exit(DIED) from None
+        except KeyboardInterrupt:
+            complain("interrupted")
+        raise typer.Exit(stop.status)
 
 
 @app.command()
@@ -438,41 +494,85 @@ def field(
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
     """Draws the velocity field that a scenario's base follows."""
-    from drake_mobman.runs.figures.field import field_figures
-    from drake_mobman.runs.run_folder import FIELD, FolderError, new_folder
-    from drake_mobman.runs.scenario import ScenarioError, field_of, load_scenario
+    from drake_mobman.runs.stop import Stop
 
-    try:
-        _, loaded = load_scenario(scenario, set_)
-        params = field_of(loaded)
-        if params is None:
-            refuse(
-                f"{scenario}: its base follows no velocity field; petric_guided does"
-            )
-        with new_folder(out, FIELD) as draft:
-            figures = field_figures(params, loaded.robot.reach(), loaded.smoother)
-            for name, figure in figures:
-                figure.savefig(draft / f"{name}.png")
-    except (ScenarioError, FolderError) as error:
-        refuse(error)
-    console.print(f"written to {out}", highlight=False, markup=False)
+    with Stop() as stop:
+        from drake_mobman.runs.output_folder import FolderError
+        from drake_mobman.runs.run_folder import FIELD, check_run_folder, write_field
+        from drake_mobman.runs.scenario import ScenarioError, field_of, load_scenario
+
+        try:
+            _, loaded = load_scenario(scenario, set_)
+            if field_of(loaded) is None:
+                refuse(
+                    f"{scenario}: its base follows no velocity field; "
+                    "petric_guided does"
+                )
+            check_run_folder(out, FIELD)
+        except (ScenarioError, FolderError) as error:
+            refuse(error)
+        try:
+            write_field(loaded, out, lambda draw: stop.cut_short(1, draw))
+        except (Exception, SystemExit) as error:
+            complain(f"{out}: not written: {error}")
+            raise typer.Exit(DIED) from None
+        except KeyboardInterrupt:
+            complain("interrupted")
+            raise typer.Exit(stop.status) from None
+        say(f"written to {printable(out)}")
 
 
 @contextmanager
-def progress_bar(name: str, duration: float) -> Iterator[Any]:
-    """Shows a bar while its body runs, in a terminal; gives what to tell the time."""
+def progress_bar(name: str, total: float, unit: str = " s") -> Iterator[Any]:
+    """Shows a bar while its body runs, in a terminal; gives what to tell the progress.
+
+    A terminal that has gone is nothing to end for.
+    """
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
-        TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+        TextColumn(f"{{task.completed:.0f}} of {{task.total:.0f}}{unit}"),
         TimeRemainingColumn(),
     )
     shown = errors.is_terminal
-    with Progress(
-        *columns, console=errors, disable=not shown, transient=True
-    ) as progress:
-        task = progress.add_task(name, total=duration)
-        yield lambda time: progress.update(task, completed=time)
+    bar = Progress(*columns, console=errors, disable=not shown, transient=True)
+    with suppress(OSError):
+        bar.start()
+    task = bar.add_task(name, total=total)
+
+    def tell(completed: float) -> None:
+        with suppress(OSError):
+            bar.update(task, completed=completed)
+
+    try:
+        yield tell
+    finally:
+        with suppress(OSError):
+            bar.stop()
+
+
+def say(line: str) -> None:
+    """Prints one line to the standard output, as it is."""
+    console.print(line, soft_wrap=True, highlight=False, markup=False)
+
+
+@contextmanager
+def unless_gone(stop: Any) -> Iterator[None]:
+    """Has its body print, unless the user has gone, and his terminal with him."""
+    try:
+        yield
+    except OSError:
+        if not stop():
+            raise
+        # Or Python tries again at its end, and complains.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+def printable(text: object) -> str:
+    """Returns text as any console prints it: names may hold what is no UTF-8."""
+    return str(text).encode("utf-8", "backslashreplace").decode()
 
 
 def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
@@ -490,7 +590,8 @@ def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
             tables.append([])
         tables[-1].append(name)
     for names in tables:
-        table = Table("metric", *names, title=title)
+        heading = map(printable, names)
+        table = Table("metric", *heading, title=title and printable(title))
         for key, row in table_of({name: results[name] for name in names}).items():
             table.add_row(key, *map(shown, row.values()))
         console.print(table)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+import zipfile
 from contextlib import contextmanager
 from http.cookiejar import CookieJar
 from pathlib import Path
@@ -122,6 +123,7 @@ def test_run_again_replaces_the_old_run_whole(tmp_path):
     mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
     assert files_in(tmp_path) == [
         "kwon_1/log.npz",
+        "kwon_1/manifest.sha256",
         "kwon_1/metrics.json",
         "kwon_1/scenario.yaml",
     ]
@@ -222,7 +224,7 @@ def test_killed_run_leaves_the_old_folder_as_it_was(tmp_path):
     before = (tmp_path / "kwon_1" / "log.npz").read_bytes()
     process = start_long_run(tmp_path)
     deadline = time.monotonic() + 60
-    while len(list(tmp_path.iterdir())) < 2:
+    while not list(tmp_path.rglob("log.part")):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     process.kill()
@@ -310,6 +312,7 @@ def test_field_draws_both_laws(tmp_path):
         "field_side_projected.png",
         "field_top_printed.png",
         "field_top_projected.png",
+        "manifest.sha256",
     ]
 
 
@@ -345,7 +348,7 @@ def test_disk_that_is_full_leaves_the_old_run_as_it_was(tmp_path, monkeypatch):
     def full(*_args, **_kwargs):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(np, "savez_compressed", full)
+    monkeypatch.setattr(zipfile.ZipFile, "open", full)
     result = mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()

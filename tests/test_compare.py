@@ -30,7 +30,10 @@ from drake_mobman.runs.metrics import metrics
 from drake_mobman.runs.scenario import Teleop, load_scenario
 from drake_mobman.runs.simulate import simulate
 
-FILES = ["comparison.json", "comparison.md", "comparison.png", "scenario.yaml"]
+FILES = [
+    *("comparison.json", "comparison.md", "comparison.png"),
+    *("manifest.sha256", "scenario.yaml"),
+]
 BOTH = ["--decomposers", "blending,switching"]
 SHORT = [
     *("--set", "start.l=0.5"),
@@ -248,11 +251,12 @@ def test_a_run_that_dies_stands_in_the_table_and_the_others_with_it(tmp_path):
 
 
 @pytest.mark.parametrize("existed", [False, True])
-def test_a_full_disk_leaves_no_half_of_a_comparison(tmp_path, monkeypatch, existed):
+def test_a_picture_that_cannot_be_drawn_costs_no_numbers(
+    tmp_path, monkeypatch, existed
+):
     sets = ["--out", tmp_path, "--set", "duration=1"]
     if existed:
         compare("kwon_1", "--decomposers", "switching", *sets)
-    before = {file: (tmp_path / file).read_bytes() for file in files_in(tmp_path)}
 
     def full(*_args, **_kwargs):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -261,10 +265,13 @@ def test_a_full_disk_leaves_no_half_of_a_comparison(tmp_path, monkeypatch, exist
     result = compare("kwon_1", *BOTH, *sets)
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
-    assert "kwon_1: not written: " in line
+    assert "kwon_1: picture not written: " in line
     assert "No space left" in line
-    after = {file: (tmp_path / file).read_bytes() for file in files_in(tmp_path)}
-    assert before == after
+    # Nor does a picture of older numbers stay.
+    without = [file for file in FILES if file != "comparison.png"]
+    assert files_in(tmp_path) == [f"kwon_1/{file}" for file in without]
+    table = content_of(tmp_path / "kwon_1")["metrics"]
+    assert list(table["ee_error_rms"]) == ["blending", "switching"]
 
 
 def test_ctrl_c_ends_it_and_keeps_what_was_done(tmp_path, monkeypatch):
@@ -281,8 +288,15 @@ def test_ctrl_c_ends_it_and_keeps_what_was_done(tmp_path, monkeypatch):
     result = compare(*command, "--out", tmp_path, "--set", "duration=1")
     assert result.exit_code == 130
     (line,) = result.stderr.splitlines()
-    assert "kwon_3: interrupted, not written" in line
-    assert files_in(tmp_path) == [f"kwon_1/{file}" for file in FILES]
+    assert "kwon_3, switching: interrupted at t = 0." in line
+    # What had been run is compared; what had not been begun is not.
+    folders = ("kwon_1", "kwon_3")
+    assert files_in(tmp_path) == [
+        f"{name}/{file}" for name in folders for file in FILES
+    ]
+    died = content_of(tmp_path / "kwon_3")["metrics"]["died"]
+    assert died["blending"] is None
+    assert died["switching"].startswith("interrupted at t = 0.")
 
 
 @pytest.fixture(scope="module")

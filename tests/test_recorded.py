@@ -13,7 +13,8 @@ from drake_mobman.console.choices import live
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.log import read_log
-from drake_mobman.runs.run_folder import new_folder, write_run
+from drake_mobman.runs.output_folder import FolderError, OutputFolder
+from drake_mobman.runs.run_folder import RUN, check_run_folder, write_log
 from drake_mobman.runs.scenario import Guided, ScenarioError, load_scenario
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import simulate
@@ -225,16 +226,18 @@ def test_a_replays_folder_plays_back_by_itself_wherever_it_goes(tmp_path):
 
     def replayed(path, folder):
         run = simulate(load_scenario(str(path))[1])
-        with new_folder(folder) as draft:
-            write_run(run, draft)
+        with OutputFolder(folder, RUN) as place:
+            write_log(run, place)
         return run.log
 
     first = replayed(given, tmp_path / "a" / "me")
     (tmp_path / "me").rename(tmp_path / "gone")
     (tmp_path / "a").rename(tmp_path / "moved")
     copy = tmp_path / "moved" / "me"
-    # Into its own folder, too: it holds nothing but what such a run leaves.
-    again = replayed(copy / "scenario.yaml", copy)
+    again = replayed(copy / "scenario.yaml", tmp_path / "again")
+    # But not into its own folder, where it would go if nobody said otherwise.
+    with pytest.raises(FolderError, match="it holds a recorded session"):
+        check_run_folder(copy)
     assert first["operator_input"].tobytes() == said.tobytes()
     for signal, values in first.items():
         assert again[signal].tobytes() == values.tobytes(), signal

@@ -24,7 +24,8 @@ from drake_mobman.console import session as session_module
 from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.console.recorder import PART, Recorder, finish
 from drake_mobman.console.session import LiveSession
-from drake_mobman.runs.run_folder import FolderError, new_folder, write_run
+from drake_mobman.runs.output_folder import FolderError, OutputFolder
+from drake_mobman.runs.run_folder import RUN, write_log
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.gate import Arming, GateStatus
@@ -225,6 +226,7 @@ def test_recorded_session_is_played_back_bit_for_bit(name, tmp_path):
         "log.npz",
         "metrics.json",
         "figures",
+        "manifest.sha256",
         COMMANDS,
     }
     run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
@@ -311,8 +313,8 @@ def test_recordings_go_past_what_exists_on_disk(tmp_path):
 
 def test_folder_of_an_ordinary_run_is_recorded_to(tmp_path):
     folder = tmp_path / "kwon_1"
-    with new_folder(folder) as draft:
-        write_run(simulate(scenario_of("kwon_1", "duration=0.1")), draft)
+    with OutputFolder(folder, RUN) as place:
+        write_log(simulate(scenario_of("kwon_1", "duration=0.1")), place)
     with LiveSession(scenario_of(), record=folder) as session:
         until(lambda: session.snapshot().time > 0.3, "it runs")
     assert len(read_samples(folder / COMMANDS)) > 20

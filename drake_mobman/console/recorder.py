@@ -1,9 +1,7 @@
 """A session on disk as it goes on: killed at any time, it can be played back."""
 
 import dataclasses as dc
-import json
 import os
-import shutil
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -12,14 +10,18 @@ from typing import Any
 import numpy as np
 
 from drake_mobman import signals
-from drake_mobman.runs.log import Log, until_not_finite
+from drake_mobman.runs.log import Log, StoredLog, append_log, finite_rows
+from drake_mobman.runs.metrics import metrics
+from drake_mobman.runs.npz import write_npz
+from drake_mobman.runs.output_folder import FolderError, OutputFolder, refusal, resolved
 from drake_mobman.runs.run_folder import (
+    LOG,
     RUN,
-    FolderError,
-    check_writable,
-    new_folder,
-    write_figures,
-    write_run,
+    SCENARIO,
+    check_run_folder,
+    figures,
+    write_metrics,
+    write_pictures,
 )
 from drake_mobman.runs.scenario import AnyScenario
 from drake_mobman.runs.schema import dump_typed, load_typed, load_yaml
@@ -27,10 +29,7 @@ from drake_mobman.runs.simulate import Run
 from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
 PART = "log.part"
-"""The log so far: a line of JSON with the signals' sizes, then samples row by row."""
-
-FILES = (*RUN, PART)
-"""What a folder of a session holds; one with anything else is not ours to replace."""
+"""The log so far, as `append_log` writes it."""
 
 LONGEST = 86400.0
 """What a recorded scenario says of its duration while nobody knows it [s]."""
@@ -46,12 +45,10 @@ def check_recordable(folder: Path) -> None:
         FolderError: if `folder` cannot be made, or holds a recording or anything else
             that is not ours: a run can be done again, what a person did cannot.
     """
-    if any((folder / name).exists() for name in (COMMANDS, PART)):
-        raise FolderError(
-            f"{folder}: cannot be written, it holds a recorded session, which would be "
-            "lost; must be new, or of an earlier run"
-        )
-    check_writable(folder, FILES)
+    if any((resolved(folder) / name).exists() for name in (COMMANDS, PART)):
+        why = "it holds a recorded session, which would be lost"
+        raise FolderError(refusal(folder, why))
+    check_run_folder(folder)
 
 
 class Recorder:
@@ -74,11 +71,12 @@ class Recorder:
         self.folder = folder
         self._rows = 0
         played = dc.replace(scenario, source=Recording(), duration=LONGEST)
-        with new_folder(folder, FILES) as draft:
-            (draft / "scenario.yaml").write_text(dump_typed(played))
-            (draft / COMMANDS).write_bytes(header(scenario.period))
-        self._commands = (folder / COMMANDS).open("ab")
-        self._log = (folder / PART).open("ab")
+        with OutputFolder(folder, RUN) as place:
+            place.file(SCENARIO).write_text(dump_typed(played), "utf-8")
+            place.file(COMMANDS).write_bytes(header(scenario.period))
+            place.publish([SCENARIO, COMMANDS], anew=True)
+            self._commands = (place.path / COMMANDS).open("ab")
+            self._log = (place.path / PART).open("ab")
 
     def append(self, log: Log) -> None:
         """Appends what has been logged since the last call, and lets go of it.
@@ -88,12 +86,7 @@ class Recorder:
         """
         write_samples(self._commands, log[signals.OPERATOR_INPUT])
         self._commands.flush()
-        if self._log.tell() == 0:
-            sizes = {name: x[0].size for name, x in log.items()}
-            self._log.write(json.dumps(sizes).encode() + b"\n")
-        columns = [x.reshape(len(x), -1) for x in log.values()]
-        self._log.write(np.hstack(columns).astype("<f8").tobytes())
-        self._log.flush()
+        append_log(self._log, log)
         self._rows += len(log["time"])
 
     @property
@@ -109,29 +102,19 @@ class Recorder:
                 file.close()
 
     def drop(self) -> None:
-        """Closes the files, and removes the folder."""
+        """Closes the files, and removes the folder, but for what is not ours in it."""
         self.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-
-def read_part(file: Path) -> Log:
-    """Returns the log in a file `PART`; a row cut off at its end is left out."""
-    data = file.read_bytes()
-    header, _, rest = data.partition(b"\n")
-    sizes = json.loads(header)
-    width = sum(sizes.values())
-    rows = len(rest) // (8 * width)
-    table = np.frombuffer(rest, "<f8", rows * width).reshape(rows, width).astype(float)
-    borders = np.cumsum(list(sizes.values()))[:-1]
-    columns = [np.ascontiguousarray(x) for x in np.split(table, borders, axis=1)]
-    log = dict(zip(sizes, columns, strict=True))
-    return log | {"time": log["time"][:, 0]}
+        with suppress(OSError), OutputFolder(self.folder, None) as place:
+            for name in (COMMANDS, PART):
+                (place.path / name).unlink()
+            place.clear()
 
 
 def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
     """Makes an ordinary run folder of a recorder's; returns the metrics.
 
-    Its figures come last, unless it died, as `mobman run` has it.
+    What was recorded stays as it is. Figures come last, unless it died, as `mobman run`
+    has it.
 
     Args:
         folder: of a `Recorder` that is closed.
@@ -140,17 +123,24 @@ def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
 
     Raises:
         OSError: where something cannot be written; then the folder is as it was, or
-            lacks nothing but figures.
+            lacks nothing but metrics or figures.
     """
-    played = load_typed(AnyScenario, load_yaml((folder / "scenario.yaml").read_text()))
-    log = until_not_finite(read_part(folder / PART))
+    text = (folder / SCENARIO).read_text("utf-8")
+    played = load_typed(AnyScenario, load_yaml(text))
+    whole = StoredLog(folder / PART)
+    log = StoredLog(folder / PART, finite_rows(whole))
     last = max(len(log["time"]) - 1, 1)
     scenario = dc.replace(played, duration=last * played.period)
     run = Run(scenario, log, wall_time, np.zeros(0), died)
-    with new_folder(folder, FILES) as draft:
-        numbers = write_run(run, draft)
-    if not died:
-        write_figures(run, folder)
+    with OutputFolder(folder, None) as place:
+        place.file(SCENARIO).write_text(dump_typed(scenario), "utf-8")
+        write_npz(place.file(LOG), log)
+        place.publish([SCENARIO, LOG])
+        place.adopt(COMMANDS)
+        (place.path / PART).unlink()
+        numbers = write_metrics(metrics(run), place)
+        for error in write_pictures({} if died else figures(run), place):
+            raise error
     return numbers
 
 

@@ -4,7 +4,6 @@ import dataclasses as dc
 import json
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from drake_mobman.diagrams.teleop import make_decomposer
@@ -12,8 +11,10 @@ from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.defaults import default_of
 from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.figures.comparison import draw_comparison
+from drake_mobman.runs.log import head
 from drake_mobman.runs.metrics import metrics
-from drake_mobman.runs.run_folder import finite
+from drake_mobman.runs.output_folder import OutputFolder
+from drake_mobman.runs.run_folder import PICTURED, finite, png
 from drake_mobman.runs.scenario import AnyScenario, ScenarioError, Teleop
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import Run, simulate
@@ -119,6 +120,7 @@ def compared(
     scenario: AnyScenario,
     decomposers: Mapping[str, type],
     simulated: Callable[[str, Teleop], Run] = lambda _, variant: simulate(variant),
+    stop: Callable[[], bool] = lambda: False,
 ) -> Comparison:
     """Returns the runs of a scenario with each of the decomposers.
 
@@ -126,28 +128,32 @@ def compared(
         scenario: checked, as `load_scenario` returns it.
         decomposers: some of `decomposers_by_name`.
         simulated: runs a variant of the scenario, given its decomposer's name.
+        stop: asked before each run whether those so far are enough.
 
     Raises:
         ScenarioError: as `with_each`.
-        KeyboardInterrupt: where the user ended a run.
+        KeyboardInterrupt: where the user ended it before there was anything.
     """
-    runs = {}
+    runs: dict[str, Run] = {}
     for name, variant in with_each(scenario, decomposers).items():
+        if stop():
+            break
         runs[name] = simulated(name, variant)
         if runs[name].interrupted:
-            raise KeyboardInterrupt(runs[name].died)
+            break
+    logged = any(len(run.log["time"]) for run in runs.values())
+    if not logged and (stop() or any(run.interrupted for run in runs.values())):
+        raise KeyboardInterrupt
     numbers = {name: finite(metrics(run)) for name, run in runs.items()}
     return Comparison(typing.cast(Teleop, scenario), runs, numbers)
 
 
-def write_comparison(comparison: Comparison, title: str, folder: Path) -> None:
-    """Writes the scenario, the table as Markdown and JSON, and the figure to `folder`.
+def write_comparison(comparison: Comparison, title: str, folder: OutputFolder) -> None:
+    """Writes the scenario, and the table as Markdown and JSON, to `folder`.
 
     Raises:
-        OSError: where something could not be written.
+        OSError: where something could not be written; then all is as it was.
     """
-    (folder / "scenario.yaml").write_text(dump_typed(comparison.scenario))
-    (folder / "comparison.md").write_text(_page(comparison, title))
     params = {
         name: dc.asdict(run.scenario.decomposer)  # type: ignore[union-attr]
         for name, run in comparison.runs.items()
@@ -158,9 +164,24 @@ def write_comparison(comparison: Comparison, title: str, folder: Path) -> None:
         "decomposers": params,
         "metrics": comparison.table(),
     }
-    text = json.dumps(content, indent=2, allow_nan=False)
-    (folder / "comparison.json").write_text(text + "\n")
-    draw_comparison(comparison.runs).savefig(folder / "comparison.png")
+    files = {
+        "scenario.yaml": dump_typed(comparison.scenario),
+        "comparison.md": _page(comparison, title),
+        "comparison.json": json.dumps(content, indent=2, allow_nan=False) + "\n",
+    }
+    for name, text in files.items():
+        # A file's name need not be UTF-8, and a title may be one.
+        folder.file(name).write_bytes(text.encode("utf-8", "backslashreplace"))
+    folder.publish([*files], anew=True)
+
+
+def draw(comparison: Comparison) -> bytes:
+    """Returns the figure, as a file's content."""
+    shown = {
+        name: dc.replace(run, log=head(run.log, PICTURED))
+        for name, run in comparison.runs.items()
+    }
+    return png(draw_comparison(shown))
 
 
 def _page(comparison: Comparison, title: str) -> str:

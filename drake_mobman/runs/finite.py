@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Diagram
 
-from drake_mobman.runs.log import Log, first_not_finite, names_in_order
+from drake_mobman.runs.log import names_in_order
 
-FAILURES = (RuntimeError, ArithmeticError, ValueError)
-"""What blocks raise of numbers that they cannot work with."""
+FAILURES = (Exception, SystemExit)
+"""What ends a simulation by itself; pydrake makes Drake's assertions the latter."""
 
 
 def signal_not_finite(diagram: Diagram, context: Any) -> str:
@@ -29,30 +29,29 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
 def check_finite(diagram: Diagram, context: Any) -> None:
     """Raises `ArithmeticError` unless all signals but the operator's are finite."""
     if name := signal_not_finite(diagram, context):
-        raise ArithmeticError(_why(name))
+        raise ArithmeticError(not_finite(name))
 
 
 def death(diagram: Diagram, context: Any, error: BaseException) -> str:
     """Returns when and why a simulation ended by an error, in one line."""
-    reason = textwrap.shorten(str(error), 200, placeholder=" ...")
+    why = reason(error)
     name = signal_not_finite(diagram, context)
-    if name and reason != _why(name):
-        reason = f"{_why(name)}; {reason}"
-    return f"died at t = {context.get_time():g} s: {reason}"
+    if name and why != not_finite(name):
+        why = f"{not_finite(name)}; {why}"
+    return died_at(context.get_time(), why)
 
 
-def death_by_log(log: Log, died: str) -> str:
-    """Returns why a run ended: `died`, unless the log knows of a signal before that.
-
-    A signal may not have been finite for a tick at which nobody looked.
-    """
-    found = first_not_finite(log)
-    if found is None:
-        return died
-    tick, name = found
-    at = f"died at t = {log['time'][tick]:g} s: {_why(name)}"
-    return died if died.startswith(at) else at
+def died_at(time: float, why: str) -> str:
+    """Returns when [s] and why a simulation ended, in one line."""
+    return f"died at t = {time:g} s: {why}"
 
 
-def _why(name: str) -> str:
+def not_finite(name: str) -> str:
+    """Returns what is wrong with a signal."""
     return f"{name} is not finite any more"
+
+
+def reason(error: BaseException) -> str:
+    """Returns what an error says, in one line."""
+    said = str(error) or type(error).__name__
+    return textwrap.shorten(said, 200, placeholder=" ...")

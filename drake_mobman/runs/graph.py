@@ -6,6 +6,8 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram, InputPortIndex
 
+from drake_mobman.runs.output_folder import new_file
+
 
 class GraphError(OSError):
     """A graph that cannot be drawn; the message is one line."""
@@ -40,29 +42,37 @@ def graphviz(diagram: Diagram) -> str:
     return "\n".join([*lines, "}", ""])
 
 
-def write_graph(diagram: Diagram, file: Path) -> None:
-    """Draws a diagram to `file`: `.svg`, or `.dot` for Graphviz's own language.
+def graph_of(diagram: Diagram, file: Path) -> bytes:
+    """Returns a diagram as the content of `file`, which its suffix tells.
+
+    `.svg`, or `.dot` for Graphviz's own language.
 
     Raises:
         GraphError: if the suffix is neither, or `.svg` is asked without Graphviz.
     """
-    text = graphviz(diagram)
+    text = graphviz(diagram).encode()
     if file.suffix == ".dot":
-        drawn = text
-    elif file.suffix == ".svg":
-        dot = shutil.which("dot")
-        if dot is None:
-            raise GraphError(
-                f"{file}: needs Graphviz's program `dot`, which is not installed; "
-                "install the system package graphviz, or name a file that ends in .dot"
-            )
-        drawn = subprocess.run(
-            [dot, "-Tsvg"], input=text, capture_output=True, text=True, check=True
-        ).stdout
-    else:
+        return text
+    if file.suffix != ".svg":
         raise GraphError(f"{file}: must end in .svg or .dot")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(drawn)
-    except OSError as error:
-        raise GraphError(f"{file}: cannot be written, {error.strerror}") from None
+    dot = shutil.which("dot")
+    if dot is None:
+        raise GraphError(
+            f"{file}: needs Graphviz's program `dot`, which is not installed; "
+            "install the system package graphviz, or name a file that ends in .dot"
+        )
+    drawn = subprocess.run([dot, "-Tsvg"], input=text, capture_output=True, check=False)
+    if drawn.returncode:
+        why = " ".join(drawn.stderr.decode(errors="replace").split())
+        raise GraphError(f"{file}: not drawn, `dot` ended by {drawn.returncode} {why}")
+    return drawn.stdout
+
+
+def write_graph(content: bytes, file: Path) -> None:
+    """Writes a graph to `file`, whole or not at all.
+
+    Raises:
+        OSError: where it cannot be written.
+    """
+    with new_file(file) as draft:
+        draft.write_bytes(content)

@@ -1,7 +1,9 @@
 """Signals logged: an array over time for each, under its name."""
 
-from collections.abc import Mapping
-from typing import Any
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -9,8 +11,11 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 from drake_mobman import signals
 
-Log = dict[str, np.ndarray]
+Log = Mapping[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
+
+WINDOW = 50_000
+"""Samples that are worked on at a time, where a log may be longer than memory."""
 
 _STATE = (signals.BASE_POSE, signals.ARM_POSITION)
 """What all other signals follow from."""
@@ -55,10 +60,91 @@ def drained_log(diagram: Diagram, context: Any) -> Log:
     return log
 
 
-def until_not_finite(log: Log) -> Log:
-    """Returns the log up to its first sample that holds a NaN or an infinity."""
-    found = first_not_finite(log)
-    return {name: x[: found[0]] for name, x in log.items()} if found else log
+# A log on disk, that grows: a line of JSON with the signals' sizes, then samples row by
+# row, as numbers of 8 bytes, little-endian. Whatever is cut off at its end is left out.
+
+
+def append_log(file: BinaryIO, log: Log) -> None:
+    """Appends a log to an open file, and sees to it that a kill does not lose it."""
+    if file.tell() == 0:
+        sizes = {name: int(np.prod(x.shape[1:])) for name, x in log.items()}
+        header = json.dumps(sizes).encode()
+        # Numbers that are aligned are quicker to read.
+        file.write(header + b" " * (-(len(header) + 1) % 8) + b"\n")
+    columns = [x.reshape(len(x), int(np.prod(x.shape[1:]))) for x in log.values()]
+    file.write(np.hstack(columns).astype("<f8").tobytes())
+    file.flush()
+
+
+class StoredLog(Log):
+    """A log in a file, of which only that is in memory which is looked at.
+
+    Args:
+        file: as `append_log` writes it; it may be removed meanwhile.
+        rows: how many of its samples belong to it; all unless given.
+
+    Raises:
+        OSError: where it cannot be read.
+    """
+
+    def __init__(self, file: Path, rows: int | None = None) -> None:
+        self._file = file.open("rb")
+        header = self._file.readline()
+        self._start = len(header)
+        self._sizes: dict[str, int] = json.loads(header) if header else {"time": 1}
+        self._width = sum(self._sizes.values())
+        whole = (file.stat().st_size - self._start) // (8 * self._width)
+        self._rows = whole if rows is None else min(rows, whole)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        size, at = self._sizes[name], 0
+        for other in self._sizes:
+            if other == name:
+                break
+            at += self._sizes[other]
+        shape = (self._rows, self._width)
+        if not self._rows:
+            return np.zeros((0,) if name == "time" else (0, size))
+        # Each time anew: what was looked at before is let go of with the array.
+        table = np.memmap(self._file, "<f8", "r", self._start, shape).view(np.ndarray)
+        return table[:, at] if name == "time" else table[:, at : at + size]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sizes)
+
+    def __len__(self) -> int:
+        return len(self._sizes)
+
+
+def head(log: Log, rows: int) -> Log:
+    """Returns the first samples of a log, in memory."""
+    return {name: np.array(x[:rows]) for name, x in log.items()}
+
+
+def windows(log: Log, before: int = 0) -> Iterator[tuple[int, Log]]:
+    """Yields a log by windows, in memory: one at a time, however long it is.
+
+    Args:
+        log: to go through.
+        before: samples that a window shows of the one before.
+
+    Yields:
+        How many samples of the window were shown before, and the window.
+    """
+    for start in range(0, len(log["time"]), WINDOW):
+        shown = min(before, start)
+        rows = slice(start - shown, start + WINDOW)
+        yield shown, {name: np.array(x[rows]) for name, x in log.items()}
+
+
+def finite_rows(log: Log) -> int:
+    """Returns how many samples come before the first that is not finite."""
+    rows = 0
+    for _, window in windows(log):
+        if found := first_not_finite(window):
+            return rows + found[0]
+        rows += len(window["time"])
+    return rows
 
 
 def first_not_finite(log: Log) -> tuple[int, str] | None:
@@ -69,7 +155,8 @@ def first_not_finite(log: Log) -> tuple[int, str] | None:
     """
     firsts = {}
     for name in names_in_order(log):
-        finite = np.isfinite(log[name]).reshape(len(log[name]), -1).all(1)
+        x = log[name].reshape(len(log[name]), int(np.prod(log[name].shape[1:])))
+        finite = np.isfinite(x).all(axis=1)
         if not finite.all():
             firsts[name] = int(np.argmin(finite))
     name = min(firsts, key=firsts.__getitem__, default="")

@@ -1,145 +1,188 @@
-"""The run folder: what a run leaves behind, whole or not at all."""
+"""The run folder: what a run leaves behind, file by file."""
 
 import dataclasses as dc
+import io
 import json
 import math
-import os
-import shutil
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from drake_mobman import signals
-from drake_mobman.runs.figures import draw_figures
-from drake_mobman.runs.metrics import metrics
+from drake_mobman.runs.figures import figures_of
+from drake_mobman.runs.figures.field import field_figures
+from drake_mobman.runs.figures.style import SMALL
+from drake_mobman.runs.log import head, windows
+from drake_mobman.runs.npz import write_npz
+from drake_mobman.runs.output_folder import (
+    FolderError,
+    OutputFolder,
+    check_folder,
+    refusal,
+    resolved,
+)
+from drake_mobman.runs.scenario import AnyScenario, field_of
+from drake_mobman.runs.scene import scene
 from drake_mobman.runs.schema import dump_typed
 from drake_mobman.runs.simulate import Run
 from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
-RUN = (
+SCENARIO, LOG, METRICS, SCENE = (
     "scenario.yaml",
-    COMMANDS,
     "log.npz",
     "metrics.json",
-    "figures",
     "scene.html",
 )
-"""What a run folder holds; one with anything else is not ours to replace."""
+
+RUN = (SCENARIO, LOG, METRICS, "figures/*.png", SCENE)
+"""What a run may replace. But no recording: nobody does the same twice."""
 
 FIELD = ("field_*.png",)
-"""The same of a folder of a field's figures."""
+"""The same of a field's figures."""
 
-COMPARISON = ("scenario.yaml", "comparison.md", "comparison.json", "comparison.png")
-"""The same of a folder of a scenario's comparison."""
+COMPARISON = (SCENARIO, "comparison.md", "comparison.json", "comparison.png")
+"""The same of a scenario's comparison."""
 
+PICTURED = 360_001
+"""How many samples of a run are shown in pictures: an hour at 0.01 s."""
 
-class FolderError(OSError):
-    """A folder that cannot take a run; the message is one line."""
-
-
-def check_writable(folder: Path, ours: Sequence[str] = RUN) -> None:
-    """Finds out, before a run, whether `new_folder` will do; leaves nothing behind.
-
-    Args:
-        folder: to be made or replaced.
-        ours: patterns of what may be in it and be replaced.
-
-    Raises:
-        FolderError: if `folder` cannot be made, or holds something else.
-    """
-    missing = [p for p in folder.parents if not p.exists()]
-    try:
-        shutil.rmtree(_draft(folder, ours))
-    finally:
-        for parent in missing:
-            if parent.is_dir():
-                parent.rmdir()
+Pictures = dict[str, Callable[[], bytes]]
+"""What makes each picture, by its file's name."""
 
 
-@contextmanager
-def new_folder(folder: Path, ours: Sequence[str] = RUN) -> Iterator[Path]:
-    """Gives a folder to write to, which takes the place of `folder` at the end.
-
-    So `folder` is always whole: the old one, or the new one if nothing went wrong.
+def check_run_folder(folder: Path, kind: tuple[str, ...] = RUN) -> None:
+    """Finds out, before a run, whether a folder can take it; leaves nothing behind.
 
     Args:
-        folder: to be made or replaced.
-        ours: patterns of what may be in it and be replaced.
+        folder: its path.
+        kind: patterns of what may be replaced there.
 
     Raises:
-        FolderError: if `folder` cannot be made, or holds something else.
+        FolderError: if it cannot be made, or holds a recording, or what is not ours.
     """
-    draft = _draft(folder, ours)
-    try:
-        yield draft
-        if folder.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-            folder.rename(old / folder.name)
-            draft.rename(folder)
-            shutil.rmtree(old)
-        else:
-            draft.rename(folder)
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        raise
+    if (resolved(folder) / COMMANDS).exists():
+        why = "it holds a recorded session, which would be lost; say another --out"
+        raise FolderError(refusal(folder, why))
+    check_folder(folder, kind)
 
 
-@contextmanager
-def new_file(file: Path) -> Iterator[Path]:
-    """Gives a file to write to, which takes the place of `file` at the end.
-
-    Raises:
-        FolderError: if `file` cannot be made.
-    """
-    if file.is_dir():
-        raise FolderError(f"{file}: cannot be written, it is a folder")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{file.name}.", dir=file.parent)
-    except OSError as error:
-        raise FolderError(f"{file}: cannot be written, {error.strerror}") from None
-    os.close(handle)
-    draft = Path(name)
-    try:
-        draft.chmod(0o644)
-        yield draft
-        draft.replace(file)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
-
-
-def write_run(run: Run, folder: Path) -> dict[str, Any]:
-    """Writes a run's scenario, log and metrics to `folder`; returns the metrics.
+def write_log(
+    run: Run,
+    folder: OutputFolder,
+    every: int = 1,
+    progress: Callable[[float], None] = lambda _: None,
+) -> None:
+    """Writes a run's scenario and log to its folder; what was there before goes.
 
     A recorded operator comes along: what he said is in the log.
 
+    Args:
+        run: to write.
+        folder: of a run.
+        every: of how many samples one is kept in `log.npz`.
+        progress: told how much of it is done [%].
+
     Raises:
-        OSError: where something could not be written.
+        OSError: where something cannot be written; then all is as it was.
     """
-    scenario = run.scenario
-    if isinstance(getattr(scenario, "source", None), Recording):
-        scenario = dc.replace(scenario, source=Recording())
-        with (folder / COMMANDS).open("wb") as file:
+    names, scenario = [SCENARIO, LOG], run.scenario
+    if isinstance(scenario.source, Recording):
+        names, scenario = [COMMANDS, *names], dc.replace(scenario, source=Recording())
+        with folder.file(COMMANDS).open("wb") as file:
             file.write(header(run.scenario.period))
-            write_samples(file, run.log[signals.OPERATOR_INPUT])
-    (folder / "scenario.yaml").write_text(dump_typed(scenario))
-    np.savez_compressed(folder / "log.npz", **run.log)  # type: ignore[arg-type]
-    numbers = finite(metrics(run))
+            for _, log in windows(run.log):
+                write_samples(file, log[signals.OPERATOR_INPUT])
+    folder.file(SCENARIO).write_text(dump_typed(scenario), "utf-8")
+    write_npz(folder.file(LOG), run.log, every, progress)
+    folder.publish(names, anew=True)
+
+
+def write_metrics(numbers: dict[str, Any], folder: OutputFolder) -> dict[str, Any]:
+    """Writes metrics to a run's folder, and returns them as they stand there.
+
+    Raises:
+        OSError: where they cannot be written.
+    """
+    numbers = finite(numbers)
     text = json.dumps(numbers, indent=2, allow_nan=False)
-    (folder / "metrics.json").write_text(text + "\n")
+    folder.put(METRICS, f"{text}\n".encode())
     return numbers
 
 
-def write_figures(run: Run, folder: Path) -> None:
-    """Draws what the paper draws of such a run to `folder`/figures."""
-    (folder / "figures").mkdir()
-    for name, figure in draw_figures(run):
-        figure.savefig(folder / "figures" / f"{name}.png")
+def figures(run: Run) -> Pictures:
+    """Returns what draws the figures that the paper draws of such a run."""
+    if not len(run.log["time"]):
+        return {}
+    shown = _shown(run)
+    return {
+        f"figures/{name}.png": lambda draw=draw: _png(draw(shown), run)  # type: ignore
+        for name, draw in figures_of(shown).items()
+    }
+
+
+def scenes(run: Run) -> Pictures:
+    """Returns what makes the motion in 3D, where there is one."""
+    if len(run.log["time"]) < 2:
+        return {}
+    return {SCENE: lambda: scene(_shown(run)).encode()}
+
+
+def write_pictures(
+    pictures: Pictures,
+    folder: OutputFolder,
+    progress: Callable[[float], None] = lambda _: None,
+    drawn: Callable[[Callable[[], bytes]], bytes] = lambda draw: draw(),
+) -> Iterator[BaseException]:
+    """Makes pictures and writes them to a run's folder, each by itself.
+
+    Args:
+        pictures: to make; one of no bytes is left out.
+        folder: of a run.
+        progress: told how many have been made.
+        drawn: has a picture made; it may raise `KeyboardInterrupt`.
+
+    Yields:
+        What went wrong with a picture; the others are made all the same.
+    """
+    for i, (name, draw) in enumerate(pictures.items(), 1):
+        try:
+            content = drawn(draw)
+            if content:
+                folder.put(name, content)
+        except (Exception, SystemExit) as error:  # Drake's assertions are the latter.
+            yield error
+        progress(i)
+
+
+def write_field(
+    scenario: AnyScenario, path: Path, drawn: Callable[[Callable[[], bytes]], bytes]
+) -> None:
+    """Draws the velocity field of a scenario, if it has one, to a folder of its own.
+
+    Args:
+        scenario: whose field it is.
+        path: of the folder, to be made, or replaced.
+        drawn: has a figure made; it may raise `KeyboardInterrupt`.
+
+    Raises:
+        OSError: where it cannot be written; then all is as it was.
+    """
+    if (params := field_of(scenario)) is None:
+        return
+    reach, smoother, names = scenario.robot.reach(), scenario.smoother, []
+    with OutputFolder(path, FIELD) as folder:
+        for name, figure in field_figures(params, reach, smoother):
+            content = drawn(lambda figure=figure: png(figure))  # type: ignore[misc]
+            folder.file(f"{name}.png").write_bytes(content)
+            names.append(f"{name}.png")
+        folder.publish(names, anew=True)
+
+
+def png(figure: Any) -> bytes:
+    """Returns a figure as a file's content."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png")
+    return content.getvalue()
 
 
 def finite(numbers: Any) -> Any:
@@ -151,32 +194,22 @@ def finite(numbers: Any) -> Any:
     return numbers
 
 
-def _draft(folder: Path, ours: Sequence[str]) -> Path:
-    """Returns a new folder beside `folder`, once it is sure that it may replace it."""
-    try:
-        for parent in folder.parents:
-            if parent.exists() and not parent.is_dir():
-                raise FolderError(_refusal(folder, f"{parent} is a file"))
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        if folder.exists():
-            _check_is_ours(folder, ours)
-        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-        draft.chmod(0o755)
-    except FolderError:
-        raise
-    except OSError as error:
-        raise FolderError(_refusal(folder, error.strerror or str(error))) from None
-    return draft
+def shown_of(run: Run) -> str:
+    """Returns what of a run its pictures show, in a few words; empty for all of it."""
+    times = run.log["time"]
+    if len(times) <= PICTURED:
+        return ""
+    return f"the first {times[PICTURED - 1]:g} of {times[-1]:g} s"
 
 
-def _check_is_ours(folder: Path, ours: Sequence[str]) -> None:
-    if not folder.is_dir():
-        raise FolderError(_refusal(folder, "it is a file"))
-    for path in sorted(folder.iterdir()):
-        if not any(path.match(pattern) for pattern in ours):
-            why = f"it holds {path.name}, which would be lost"
-            raise FolderError(_refusal(folder, why))
+def _shown(run: Run) -> Run:
+    return dc.replace(run, log=head(run.log, PICTURED))
 
 
-def _refusal(folder: Path, why: str) -> str:
-    return f"{folder}: cannot be written, {why}; must be new, or of an earlier run"
+def _png(figure: Any, run: Run) -> bytes:
+    if figure is None:
+        return b""
+    if shown := shown_of(run):
+        place = {"ha": "right", "va": "bottom", "fontsize": SMALL, "color": "0.45"}
+        figure.text(0.998, 0.002, shown, **place)
+    return png(figure)

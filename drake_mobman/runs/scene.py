@@ -1,7 +1,5 @@
 """The motion in 3D, as a page that opens by itself in a browser."""
 
-from pathlib import Path
-
 import numpy as np
 from pydrake.geometry import (
     MeshcatVisualizer,
@@ -24,12 +22,10 @@ _FRAME_RATE = 32.0
 """Pictures a second; a power of two, so that their times carry no rounding."""
 
 
-def write_scene(run: Run, file: Path) -> None:
-    """Plays a run's log back into Meshcat, and writes the recording to `file`."""
+def scene(run: Run) -> str:
+    """Plays a run's log, of two samples or more, into Meshcat; returns the page."""
     log, robot = run.log, run.scenario.robot
     times = log["time"]
-    if len(times) < 2:
-        return
     builder = DiagramBuilder()
     plant, scene_graph = drawn_plant(robot)
     builder.AddSystem(scene_graph)
@@ -65,4 +61,4 @@ def write_scene(run: Run, file: Path) -> None:
     meshcat.StartRecording(frames_per_second=_FRAME_RATE)
     simulator.AdvanceTo(float(times[-1]))
     meshcat.PublishRecording()
-    file.write_text(meshcat.StaticHtml())
+    return meshcat.StaticHtml()

@@ -63,13 +63,14 @@ def draw_figures(run: Run) -> Iterator[tuple[str, Figure]]:
     """
     if not len(run.log["time"]):
         return
-    for name, draw in _figures_of(run).items():
+    for name, draw in figures_of(run).items():
         figure = draw(run)
         if figure:
             yield name, figure
 
 
-def _figures_of(run: Run) -> Figures:
+def figures_of(run: Run) -> Figures:
+    """Returns what draws the figures of a run that has logged something."""
     law = LAWS.get(type(law_of(run.scenario)), {})
     hand = GUIDED if signals.HAND_FORCE in run.log else COMMANDED
     return law | hand | ALWAYS

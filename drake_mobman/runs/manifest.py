@@ -1,0 +1,88 @@
+"""What we wrote to a folder: files with their hashes, as `sha256sum -c` reads them.
+
+A file is ours to replace or remove if it is in the list and still what we wrote.
+"""
+
+import hashlib
+import os
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path, PurePosixPath
+
+MANIFEST = "manifest.sha256"
+"""The list's name in its folder."""
+
+DRAFT = ".draft"
+"""A hidden folder in the same, for what is not complete yet."""
+
+Manifest = dict[str, str]
+"""Hashes by the files' names, which are paths from the folder, with slashes."""
+
+_LINE = re.compile(r"([0-9a-f]{64})  (.+)")
+
+
+def hash_of(file: Path) -> str:
+    """Returns a file's SHA-256 in hex."""
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Returns a folder's list; empty where there is none, or it is something else."""
+    try:
+        text = (folder / MANIFEST).read_text("utf-8")
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError):
+        return {}
+    lines = [_LINE.fullmatch(line) for line in text.splitlines()]
+    return {line[2]: line[1] for line in lines if line}
+
+
+def write_manifest(folder: Path, written: Manifest) -> None:
+    """Writes a folder's list, whole or not at all."""
+    text = "".join(f"{digest}  {name}\n" for name, digest in sorted(written.items()))
+    draft = folder / f"{MANIFEST}.part"
+    draft.write_text(text, "utf-8")
+    draft.replace(folder / MANIFEST)
+
+
+def is_ours(file: Path, digests: Iterable[str | None]) -> bool:
+    """Returns whether a file has one of some hashes, and is no link to another."""
+    return file.is_file() and not file.is_symlink() and hash_of(file) in digests
+
+
+def not_ours(
+    folder: Path, written: Sequence[Manifest], kind: Sequence[str]
+) -> Iterator[str]:
+    """Yields what in a folder we may not replace, and why, name by name.
+
+    Args:
+        folder: that exists.
+        written: lists of what is ours, if unchanged.
+        kind: patterns of names that may be replaced by what is about to be written.
+    """
+    names = {name for manifest in written for name in manifest}
+    inner = {str(parent) for name in names for parent in PurePosixPath(name).parents}
+
+    def look(at: Path) -> Iterator[str]:
+        for entry in sorted(os.scandir(at), key=lambda entry: entry.name):
+            path = Path(entry.path)
+            name = path.relative_to(folder).as_posix()
+            if name == DRAFT and entry.is_dir(follow_symlinks=False):
+                continue
+            if name == MANIFEST and entry.is_file(follow_symlinks=False):
+                continue
+            if name in inner and entry.is_dir(follow_symlinks=False):
+                yield from look(path)
+            elif name not in names:
+                known = any(PurePosixPath(name).match(pattern) for pattern in kind)
+                yield f"{name}, " + (
+                    f"and no {MANIFEST} that says who wrote it"
+                    if known and not names
+                    else "which would be lost"
+                )
+            elif not is_ours(path, [manifest.get(name) for manifest in written]):
+                yield f"{name}, which was changed since we wrote it"
+            elif not any(PurePosixPath(name).match(pattern) for pattern in kind):
+                yield f"{name}, which would be lost"
+
+    return look(folder)
