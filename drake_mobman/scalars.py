@@ -1,37 +1,105 @@
 """What a law needs to be written once for float, AutoDiffXd and Expression."""
 
+import functools
+import operator
 import sys
+from collections.abc import Sequence
 from typing import Any
 
-from pydrake.symbolic import Formula, if_then_else
+from pydrake.symbolic import Expression, ExpressionKind, Formula, Variable, if_then_else
 from pydrake.symbolic import max as symbolic_max
 from pydrake.symbolic import min as symbolic_min
 
 Scalar = Any
-"""A float, an `AutoDiffXd` or an `Expression`; a law takes any of them."""
+"""A float, an `AutoDiffXd` or an `Expression`; a law takes any of them.
+
+Told apart by `type(x) is ...`: to ask `isinstance` costs more than what is asked for.
+"""
 
 
 def where(condition: Any, if_true: Scalar, if_false: Scalar) -> Scalar:
     """Returns one of two values; both are evaluated, so neither may fail."""
-    if isinstance(condition, Formula):
+    if type(condition) is Formula:
         return if_then_else(condition, if_true, if_false)
     return if_true if condition else if_false
 
 
 def smaller(a: Scalar, b: Scalar) -> Scalar:
-    """Returns the smaller of `a` and `b`; of equals, `a`."""
+    """Returns the smaller of `a` and `b`; of equals, `a`; NaN where either is NaN."""
     less = b < a
-    if isinstance(less, Formula):
-        return symbolic_min(a, b)  # To choose by a formula would double what is chosen.
-    return b if less else a
+    if type(less) is Formula:
+        return _chosen(symbolic_min, (a, b))
+    if less:
+        return b
+    return a if a <= b else a + b  # Only NaN is in no order with anything.
 
 
 def larger(a: Scalar, b: Scalar) -> Scalar:
-    """Returns the larger of `a` and `b`; of equals, `a`."""
+    """Returns the larger of `a` and `b`; of equals, `a`; NaN where either is NaN."""
     more = b > a
-    if isinstance(more, Formula):
-        return symbolic_max(a, b)
-    return b if more else a
+    if type(more) is Formula:
+        return _chosen(symbolic_max, (a, b))
+    if more:
+        return b
+    return a if a >= b else a + b
+
+
+def smallest(*values: Scalar, made_of: Sequence[Scalar] | None = None) -> Scalar:
+    """Returns the smallest of several; NaN where any is NaN.
+
+    Args:
+        values: of which one is chosen.
+        made_of: where given, what NaN is looked for among in Expressions, instead of in
+            the values, which may be far longer. With floats, it is among the values.
+    """
+    total = sum(values)
+    if type(total) is Expression:
+        return _chosen(symbolic_min, values, made_of)
+    # Python's own is quicker, but misses what is not a number; the sum does not.
+    quick = total == total  # noqa: PLR0124 - only NaN differs from itself.
+    return min(values) if quick else functools.reduce(smaller, values)
+
+
+def largest(*values: Scalar, made_of: Sequence[Scalar] | None = None) -> Scalar:
+    """Returns the largest of several; as `smallest`."""
+    total = sum(values)
+    if type(total) is Expression:
+        return _chosen(symbolic_max, values, made_of)
+    quick = total == total  # noqa: PLR0124
+    return max(values) if quick else functools.reduce(larger, values)
+
+
+def _chosen(
+    choice: Any, values: Sequence[Scalar], made_of: Sequence[Scalar] | None = None
+) -> Scalar:
+    """Returns Drake's `min` or `max` of several Expressions, NaN where any is NaN.
+
+    Drake's returns its first argument where either is NaN, and so does a chain of them.
+    First stands what is NaN where any of the values is, and else is never chosen: a sum
+    of magnitudes. To choose by a formula instead would double all again and again.
+
+    Args:
+        choice: `symbolic_min` or `symbolic_max`.
+        values: of which one is chosen.
+        made_of: as `smallest` has it.
+    """
+    constant = [value for value in values if _is_constant(value)]
+    free = [value for value in values if not _is_constant(value)]
+    chain = [*free, *constant]
+    if made_of is not None:
+        sought = [chain[-1], *made_of] if made_of else []
+    else:
+        sought = free if len(free) > 1 else []
+    if sought:  # One of the values is among it, and so none is beyond its sum.
+        beyond = functools.reduce(operator.add, map(abs, sought))
+        chain.insert(0, beyond if choice is symbolic_min else -beyond)
+    return functools.reduce(choice, chain)
+
+
+def _is_constant(value: Scalar) -> bool:
+    if isinstance(value, Expression):
+        return value.get_kind() == ExpressionKind.Constant
+    return not isinstance(value, Variable)
 
 
 def saturated(x: Scalar, limit: Scalar) -> Scalar:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydrake.math import sqrt
 
-from drake_mobman.scalars import Scalar, larger, smaller, where
+from drake_mobman.scalars import Scalar, larger, largest, smaller, where
 
 _SLACK = 1e-9
 """How far past its limit a joint may be pushed [rad]: rounding must not lock it."""
@@ -63,13 +63,11 @@ def bounded_rates(
         limits: of these joints.
         period: for which the rates are held [s].
     """
-    by_rate: Scalar = 1.0
-    by_limit: Scalar = 1.0
-    bounds = zip(limits.velocity, end_rates(rates, q, limits, period), strict=True)
-    for rate, (fastest, towards_end) in zip(rates, bounds, strict=True):
-        speed = abs(rate)
-        by_rate = smaller(by_rate, _factor(speed, fastest))
-        by_limit = smaller(by_limit, _factor(speed, towards_end))
+    speeds = [abs(rate) for rate in rates]
+    by_rate, by_limit = (
+        factor_within(speeds, bounds)
+        for bounds in (limits.velocity, end_rates(rates, q, limits, period))
+    )
     factor = smaller(by_rate, by_limit)
     status = where(by_rate < 1, float(ArmStatus.JOINT_RATE), 0.0) + where(
         by_limit < 1, float(ArmStatus.JOINT_LIMIT), 0.0
@@ -96,11 +94,12 @@ def filled_rates(
         limits: of these joints.
         period: for which the rates are held [s].
     """
-    factor: Scalar = 1.0
+    left = []
     bounds = zip(limits.velocity, end_rates(extra, q, limits, period), strict=True)
     for rate, more, (fastest, towards_end) in zip(rates, extra, bounds, strict=True):
-        left = smaller(fastest, towards_end) - where(more > 0, rate, -rate)
-        factor = smaller(factor, _factor(abs(more), larger(left, _CREEP)))
+        room = smaller(fastest, towards_end) - where(more > 0, rate, -rate)
+        left.append(larger(room, _CREEP))
+    factor = factor_within([abs(more) for more in extra], left)
     return [rate + factor * more for rate, more in zip(rates, extra, strict=True)]
 
 
@@ -138,6 +137,10 @@ def end_rates(
     ]
 
 
-def _factor(speed: Scalar, bound: Scalar) -> Scalar:
-    """Returns the largest factor in [0, 1] that brings `speed` within `bound` > 0."""
-    return bound / larger(speed, bound)
+def factor_within(speeds: Sequence[Scalar], bounds: Sequence[Scalar]) -> Scalar:
+    """Returns the largest factor in [0, 1] that brings all within their bounds > 0.
+
+    A bound may be infinite.
+    """
+    excess = [speed / bound for speed, bound in zip(speeds, bounds, strict=True)]
+    return 1.0 / largest(1.0, *excess)

@@ -38,6 +38,7 @@ from drake_mobman.parameters import (
     within,
 )
 from drake_mobman.robots.model import BASE_JOINTS, Robot, RobotModel
+from drake_mobman.scalars import larger, smaller
 
 _LEVEL_JOINTS = 6
 """Joints that it takes to place the hand and to keep it level; with fewer, the hand
@@ -117,10 +118,10 @@ def rates_within_reach(
     joints = zip(q, limits.lower, limits.upper, accelerations[BASE_RATES:], strict=True)
     for i, (angle, low, high, most) in enumerate(joints, start=BASE_RATES):
         # As slow as is called for, but no slower than can be had.
-        towards_high = max(braking_rate(high - angle, most, dt), last[i] - most * dt)
-        towards_low = max(braking_rate(angle - low, most, dt), -last[i] - most * dt)
-        highest[i] = min(highest[i], towards_high)
-        lowest[i] = max(lowest[i], -towards_low)
+        towards_high = larger(braking_rate(high - angle, most, dt), last[i] - most * dt)
+        towards_low = larger(braking_rate(angle - low, most, dt), -last[i] - most * dt)
+        highest[i] = smaller(highest[i], towards_high)
+        lowest[i] = larger(lowest[i], -towards_low)
     step = accelerations * dt
     return np.maximum(lowest, last - step), np.minimum(highest, last + step)
 

@@ -20,7 +20,7 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import yaw_rate
 from drake_mobman.decomposers.blending import SHARES, SHARPNESS_L, SHARPNESS_PSI
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
-from drake_mobman.decomposers.limiter import Factors, Limiter, both, least, status
+from drake_mobman.decomposers.limiter import Factors, Limiter, least, status
 from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates, exact_rest
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
@@ -34,7 +34,7 @@ from drake_mobman.parameters import (
     one_of,
     within,
 )
-from drake_mobman.scalars import Scalar, larger, smaller, smoothstep, where
+from drake_mobman.scalars import Scalar, larger, smaller, smallest, smoothstep, where
 
 _WHOLE = math.cos(math.pi / 3)
 """|cos psi| from which the base carries its share whole."""
@@ -131,7 +131,7 @@ def exact_course(
     v_b, omega_b = exact_base(command, workspace, params, limits, p_BS)
     rest = exact_rest(command, workspace, (v_b, omega_b), p_BS)
     factors = limiter.followed(q, rest, v_b, omega_b)
-    share = least(factors)
+    share = least(factors, q)
     return Course((share * v_b, share * omega_b), factors, share)
 
 
@@ -149,13 +149,14 @@ def exact_arm(
         limiter: of base and joints.
     """
     _, factors, share = course
+    present: Factors = {}
     if limiter.base.enabled:  # Else the base is sent what it is told.
         present = limiter.at_present(q, workspace, command, sent)
-        factors, share = both(factors, present), smaller(share, least(present))
+        share = smallest(share, *present.values(), made_of=(share,))
     slowed = [share * c for c in command]
     rest = exact_rest(slowed, workspace, sent, limiter.arm.p_BS)
     at_axis = where(workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
-    return rest, status(factors) + at_axis
+    return rest, status(factors, present) + at_axis
 
 
 @TemplateSystem.define("ExactDecomposer_")

@@ -16,7 +16,7 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.rest import carried_rates
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
-from drake_mobman.scalars import Scalar, larger, smaller, where
+from drake_mobman.scalars import Scalar, larger, largest, smallest, where
 
 _RESERVE = 0.98
 """How much of a joint's limits is used, that the arm's inverse, which goes by positions
@@ -37,21 +37,21 @@ Factors = dict[DecomposerStatus, Scalar]
 """What each kind of limit leaves of the command, in [0, 1]."""
 
 
-def least(factors: Factors) -> Scalar:
-    """Returns what all limits leave of the command."""
-    return _least(factors.values())
+def least(factors: Factors, q: Any) -> Scalar:
+    """Returns what all limits leave of the command; NaN where `q` is not all numbers.
+
+    Where a command is none, it is none however little is left of it.
+    """
+    return smallest(*factors.values(), 1.0, made_of=tuple(q))
 
 
-def status(factors: Factors) -> Scalar:
-    """Returns the sum of the flags of those that bind."""
-    flags = (where(s < 1, float(flag), 0.0) for flag, s in factors.items())
-    return functools.reduce(operator.add, flags)
-
-
-def both(factors: Factors, others: Factors) -> Factors:
-    """Returns the smaller of each kind, where both have it."""
-    shared = factors.keys() & others.keys()
-    return factors | others | {f: smaller(factors[f], others[f]) for f in shared}
+def status(*several: Factors) -> Scalar:
+    """Returns the sum of the flags of those that bind in any of several."""
+    flags = {flag: 0.0 for factors in several for flag in factors}
+    for factors in several:
+        for flag, s in factors.items():
+            flags[flag] = where(s < 1, float(flag), flags[flag])
+    return functools.reduce(operator.add, flags.values())
 
 
 def factor_within(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
@@ -62,19 +62,23 @@ def factor_within(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
     Args:
         wanted: rate of a coordinate that the whole command takes.
         carried: what the base's motion takes of it off.
-        bound: largest rate to that side.
+        bound: largest rate to that side; may be infinite.
     """
+    return factor_by(excess(wanted, carried, bound))
+
+
+def excess(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
+    """Returns how many times too large `wanted` is there; 0 for an infinite bound."""
     room = larger(bound + where(wanted > 0, carried, -carried), _TINY)
-    return room / larger(abs(wanted), room)
+    return abs(wanted) / room
 
 
-def factor_below(wanted: Scalar, bound: Scalar) -> Scalar:
-    """Returns the same where the base takes nothing off, for a bound above 0."""
-    return bound / larger(abs(wanted), bound)
+def factor_by(*excesses: Scalar) -> Scalar:
+    """Returns the largest factor in [0, 1] that undoes each excess.
 
-
-def _least(factors: Iterable[Scalar]) -> Scalar:
-    return functools.reduce(smaller, factors)
+    In Expressions NaN is not told before `least`.
+    """
+    return 1.0 / largest(1.0, *excesses, made_of=())
 
 
 @dc.dataclass(frozen=True)
@@ -99,23 +103,21 @@ class Limiter:
             v_b: speed of the base [m/s].
             omega_b: its yaw rate [rad/s].
         """
-        by_base = smaller(
-            factor_below(v_b, self.base.max_speed),
-            factor_below(omega_b, self.base.max_yaw_rate),
-        )
+        by_base = abs(v_b) / self.base.max_speed, abs(omega_b) / self.base.max_yaw_rate
         (rates,) = self.arm.undamped_rates(q, rest)
+        slowing = self._slowing
         by_rate, by_limit = [], []
         for i, rate in enumerate(rates):
-            by_rate.append(factor_below(rate, _RESERVE * self.joints.velocity[i]))
             room, speed = self._room(q, i, rate), larger(abs(rate), _SLIGHT)
-            in_time = braking_rate(room / speed, self._slowing, self.period)
-            by_limit.append(larger(in_time, _SLIGHT / speed))
+            by_rate.append(speed / (_RESERVE * self.joints.velocity[i]))
+            in_time = speed * braking_rate(room / speed, slowing, self.period)
+            by_limit.append(speed / larger(in_time, _SLIGHT))
             if math.isfinite(self.joints.acceleration[i]):
-                by_limit.append(factor_below(rate, self._towards_end(room, i)))
+                by_limit.append(speed / self._towards_end(room, i))
         return {
-            DecomposerStatus.BASE_RATE: by_base,
-            DecomposerStatus.JOINT_RATE: _least(by_rate),
-            DecomposerStatus.JOINT_LIMIT: smaller(_least(by_limit), 1.0),
+            DecomposerStatus.BASE_RATE: factor_by(*by_base),
+            DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
+            DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
         }
 
     def at_present(self, q: Any, workspace: Any, command: Any, sent: Any) -> Factors:
@@ -133,16 +135,16 @@ class Limiter:
         pairs = zip(*self.arm.undamped_rates(q, command, carried), strict=True)
         for i, (wanted, off) in enumerate(pairs):
             fastest = _RESERVE * self.joints.velocity[i]
-            by_rate.append(factor_within(wanted, off, fastest))
+            by_rate.append(excess(wanted, off, fastest))
             towards_end = self._towards_end(self._room(q, i, wanted), i)
-            by_limit.append(factor_within(wanted, off, towards_end))
+            by_limit.append(excess(wanted, off, towards_end))
         factors = {
-            DecomposerStatus.JOINT_RATE: _least(by_rate),
-            DecomposerStatus.JOINT_LIMIT: _least(by_limit),
+            DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
+            DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
         }
         if self.workspace is not None:
             by_edge = self._by_edges(self.workspace, workspace, command, carried)
-            factors[DecomposerStatus.WORKSPACE] = _least(by_edge)
+            factors[DecomposerStatus.WORKSPACE] = factor_by(*by_edge)
         return factors
 
     @property
@@ -172,7 +174,7 @@ class Limiter:
     def _by_edges(
         self, edges: Workspace, workspace: Any, command: Any, carried: Any
     ) -> Iterable[Scalar]:
-        """Returns what the ends of l and of psi leave."""
+        """Returns how much too fast the command is for the ends of l and of psi."""
         ends = (edges.l_min, edges.l_max), (edges.psi_min, edges.psi_max)
         brakes = self.base.max_acceleration, self.base.max_yaw_acceleration
         for i in range(2):
@@ -180,4 +182,4 @@ class Limiter:
             x, wanted = workspace[i], command[i]
             room = where(wanted > 0, upper - x, x - lower)
             bound = braking_rate(room, brakes[i], self.period)
-            yield factor_within(wanted, carried[i], bound)
+            yield excess(wanted, carried[i], bound)

@@ -11,7 +11,7 @@ from drake_mobman.decomposers.decomposer import declare_decomposer_ports
 from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import checked_period
-from drake_mobman.scalars import nearer_to_rest
+from drake_mobman.scalars import larger, nearer_to_rest
 
 BASE_RATES = 2
 """v_b [m/s] and omega_b [rad/s] stand first among the rates that are solved for."""
@@ -131,7 +131,7 @@ class SolvedDecomposer(LeafSystem):
             return
         rates, (along, across, up) = found
         share = carried_rates(workspace, rates[0], rates[1], self.p_BS)
-        turning = across / max(workspace[0], LEAST_REACH)
+        turning = across / larger(workspace[0], LEAST_REACH)
         put_out = np.concatenate([rates, share, (along, turning, up)])
         value.set_value((put_out, DecomposerStatus.OK))
 

@@ -20,8 +20,9 @@ def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Sc
         lower: its lower limit.
         upper: its upper limit.
     """
-    outward = where(x < upper, 0.0, 1.0)
-    inward = where(x < lower, 1.0, 0.0)
+    # An angle that is not a number must not pass for one on either side.
+    outward = where(x < upper, 0.0, where(x >= upper, 1.0, x))
+    inward = where(x < lower, 1.0, where(x >= lower, 0.0, x))
     return where(command >= 0, outward, inward)
 
 
