@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn
 
+from drake_mobman.console.allowance import Allowance
 from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.teleop.drag import NOTHING, Dragged
 
@@ -156,9 +157,7 @@ class Rate:
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._room = BURST
-        self._last = clock()
+        self._allowance = Allowance(RATE, BURST, clock)
 
     def count(self) -> None:
         """Counts a message.
@@ -166,8 +165,5 @@ class Rate:
         Raises:
             MessageError: where it is one too many.
         """
-        now = self._clock()
-        self._room = min(BURST, self._room + RATE * (now - self._last)) - 1
-        self._last = now
-        if self._room < 0:
+        if not self._allowance.takes():
             raise MessageError("too many messages")

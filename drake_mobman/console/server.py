@@ -21,6 +21,7 @@ from nicegui import app as nicegui_app
 from nicegui import ui
 from starlette.staticfiles import StaticFiles
 
+from drake_mobman.console import bounds
 from drake_mobman.console.desk import Desk, Page
 from drake_mobman.console.door import Door, is_loopback
 from drake_mobman.console.messages import MessageError
@@ -28,6 +29,7 @@ from drake_mobman.console.page import add_page
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.state import state
 from drake_mobman.console.view import Viewer
+from drake_mobman.terminal import visible
 
 STATIC = Path(__file__).parent / "static"
 
@@ -36,9 +38,6 @@ TELL = 1 / 20
 
 _GONE = (RuntimeError, WebSocketDisconnect)
 """What it comes to when one writes to a browser that has gone."""
-
-_LARGEST = 65536
-"""Most bytes in a message to the server, NiceGUI's own included."""
 
 
 class Server:
@@ -67,7 +66,7 @@ class Server:
         add_page(name, session)
         ui.run_with(
             app,
-            title=f"{name} · mobman drive",
+            title=f"{visible(name)} · mobman drive",
             favicon="🦾",
             dark=True,
             show_welcome_message=False,
@@ -76,10 +75,14 @@ class Server:
         # objects: Drake, at work in another thread, does not survive that.
         app.router.lifespan_context = self._open
         config = uvicorn.Config(
-            Door(app, self.token),
-            log_level="warning",
-            ws_max_size=_LARGEST,
+            Door(app, self.token, self.port),
+            http=bounds.Requests,
+            h11_max_incomplete_event_size=bounds.LARGEST_HEAD,
+            ws=bounds.WebSocket,
+            ws_max_size=bounds.LARGEST_MESSAGE,
             ws_per_message_deflate=False,
+            backlog=bounds.WAITING,
+            log_level="critical",  # What strangers get wrong is nothing to tell of.
             timeout_graceful_shutdown=1,
         )
         self._uvicorn = uvicorn.Server(config)
