@@ -6,25 +6,27 @@ read; all that it holds for them comes off the operator's.
 
 import asyncio
 import resource
+from collections.abc import Iterator
 from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.auto import AutoWebSocketsProtocol
 
 from drake_mobman.console.allowance import Allowance
+from drake_mobman.console.messages import BURST, RATE
 
 LARGEST_HEAD = 16384
 """Most bytes of a request, up to the end of its headers."""
 
-LARGEST_MESSAGE = 65536
+LARGEST_MESSAGE = 16384
 """Most bytes of a message over a WebSocket, NiceGUI's own included."""
 
-PATIENCE = 10.0
+PATIENCE = 5.0
 """For how long a request may come in, or an answer not be read [s]."""
 
-RATE, BURST = 65536, 262144
-"""Bytes that may come over a WebSocket each second, and at once. A page of ours sends
-20 kB/s; a ping is 6 bytes and costs as much as a message."""
+FRAMES = RATE, BURST
+"""Frames that may come over a WebSocket each second, and at once: to take in a ping, or
+a piece of a message, costs as much as a message of ours."""
 
 WAITING = 64
 """Connections that may wait to be accepted; accepted they are all at once."""
@@ -129,11 +131,50 @@ class WebSocket(_Read, _AnyWebSocket):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._allowance = Allowance(RATE, BURST)
+        self._frames: Frames | None = None
+        self._allowance = Allowance(*FRAMES)
 
     def data_received(self, data: bytes) -> None:
-        """Takes in part of a message."""
-        if self._allowance.takes(len(data)):
-            super().data_received(data)
-        else:
+        """Takes in what comes, once it is counted: first a request, then frames."""
+        if self._frames is None:
+            self._frames = Frames()
+        elif not all(self._allowance.takes() for _ in self._frames.begun(data)):
             self.transport.abort()
+            return
+        super().data_received(data)
+
+
+class Frames:
+    """Finds where frames begin in what comes over a WebSocket (RFC 6455, 5.2)."""
+
+    def __init__(self) -> None:
+        self._head = bytearray()  # Of the next frame, as far as it has come.
+        self._left = 0  # Bytes of the last frame that are still to come.
+
+    def begun(self, data: bytes) -> Iterator[int]:
+        """Yields the size of each frame whose header ends in the next bytes."""
+        i = 0
+        while i < len(data):
+            if self._left:
+                passed = min(self._left, len(data) - i)
+                self._left -= passed
+                i += passed
+                continue
+            self._head.append(data[i])
+            i += 1
+            size = _size(self._head)
+            if size is not None:
+                self._head.clear()
+                self._left = size
+                yield size
+
+
+def _size(head: bytearray) -> int | None:
+    """Returns the size of a frame with such a header; None if that goes on."""
+    if len(head) < 2:
+        return None
+    short, masked = head[1] & 127, head[1] >> 7
+    longer = {126: 2, 127: 8}.get(short, 0)
+    if len(head) < 2 + longer + 4 * masked:
+        return None
+    return int.from_bytes(head[2 : 2 + longer]) if longer else short

@@ -84,7 +84,9 @@ def parsed(
         raise MessageError("too long", MessageError.TOO_BIG)
     try:
         # Values are turned into what they are to be below, or not at all.
-        said = json.loads(message, parse_constant=_no_constant)
+        said = json.loads(
+            message, parse_constant=_no_constant, object_pairs_hook=_each_once
+        )
     except (ValueError, RecursionError):
         raise MessageError("not JSON") from None
     if not isinstance(said, dict):
@@ -143,6 +145,18 @@ def _number(value: Any) -> float:
         return float(value)
     except OverflowError:
         return math.inf
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Returns an object, of which nobody can say what it says where a key is repeated.
+
+    Raises:
+        ValueError: where it is.
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key twice")
+    return found
 
 
 def _no_constant(name: str) -> NoReturn:

@@ -137,7 +137,7 @@ class Drive:
             try:
                 for message in messages:
                     page.send(message)
-                for _ in range(600):
+                for _ in range(100):
                     page.recv(timeout=PATIENCE)
             except ConnectionClosed as closed:
                 return closed.rcvd.code if closed.rcvd else 1006
@@ -161,7 +161,7 @@ class Operator:
     """
 
     def __init__(self, drive, **options):
-        self._socket = drive.connect(**options)
+        self._opens = drive.connect(**options)
         self.state = {"arming": LATCHED, "role": "nobody"}
         self.command = (0.0, 0.4, 0.0)  # Round and round.
         self.holds = True
@@ -172,6 +172,7 @@ class Operator:
         self._threads = [threading.Thread(target=x) for x in (self._hear, self._drive)]
 
     def __enter__(self):
+        self._socket = self._opens.__enter__()
         for thread in self._threads:
             thread.start()
         until(lambda: self.state["role"] == "you", "it has the stick")
@@ -179,7 +180,7 @@ class Operator:
 
     def __exit__(self, *_):
         self._ended.set()
-        self._socket.close()
+        self._opens.__exit__(None, None, None)
         for thread in self._threads:
             thread.join()
 
@@ -211,6 +212,11 @@ class Operator:
     def send(self, message):
         """Says anything."""
         self._socket.send(message)
+
+    @property
+    def socket(self):
+        """Returns the socket below, for what is no message at all."""
+        return self._socket.socket
 
     def ask(self, what, **more):
         """Presses a button."""
