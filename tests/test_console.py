@@ -364,11 +364,13 @@ async def inside(scope, _receive, send):
         await send({"type": "http.response.body", "body": b"in"})
 
 
-def asked(door, kind="http", query="", host=OWN, **headers):
+def asked(door, kind="http", query="", host=OWN, client="192.168.1.9", **headers):
     """Returns the door's answer: a status, or whether a socket opens; and headers."""
     path, headers = "/", {"host": host} | headers
     scope = {
         "type": kind,
+        "method": "GET",
+        "client": (client, 50_000),
         "path": path,
         "query_string": query.encode(),
         "headers": [(name.encode(), x.encode()) for name, x in headers.items()],
@@ -378,7 +380,10 @@ def asked(door, kind="http", query="", host=OWN, **headers):
     async def send(message):
         answers.append(message)
 
-    asyncio.run(door(scope, None, send))
+    async def receive():  # Whoever asks says no more, and waits.
+        await asyncio.Event().wait()
+
+    asyncio.run(door(scope, receive, send))
     first = answers[0]
     answered = {k.decode(): v.decode() for k, v in first.get("headers", [])}
     if kind == "websocket":
@@ -424,25 +429,28 @@ def test_name_that_leads_here_is_not_this_server():
 @pytest.mark.parametrize("token", [None, "secret"])
 @pytest.mark.parametrize("kind", ["http", "websocket"])
 def test_host_or_origin_that_is_none_is_refused_as_a_wrong_one(kind, token):
-    door, known = Door(inside, token), {"cookie": f"{COOKIE}=secret"}
+    door, known = Door(inside, token), {}
+    if token:
+        shown = asked(door, query="token=secret")[1]
+        known = {"cookie": shown["set-cookie"].partition(";")[0]}
     for wrong in ({"host": "["}, {"origin": "http://["}, {"origin": "http://[v]/"}):
         assert asked(door, kind, **known, **wrong)[0] in {403, False}
 
 
 def test_beyond_this_machine_a_token_is_asked_for_and_remembered():
-    door = Door(inside, "secret")
+    door = Door(inside, "secret", 8080)
     there = {"host": "192.168.1.5:8080"}
     assert asked(door, **there)[0] == 403
     for wrong in ("wrong", "", "s%C3%A9cret", "secret2"):
         assert asked(door, query=f"token={wrong}", **there)[0] == 403
-        assert asked(door, cookie=f"{COOKIE}={wrong}", **there)[0] == 403
+        assert asked(door, cookie=f"{COOKIE}_8080={wrong}", **there)[0] == 403
     status, headers = asked(door, query="token=secret", **there)
     assert (status, headers["location"]) == (303, "/")
     cookie = headers["set-cookie"].lower()
     assert "httponly" in cookie
     # One who follows a link from another site is remembered, too.
     assert "samesite=lax" in cookie
-    known = there | {"cookie": f"{COOKIE}=secret"}
+    known = there | {"cookie": headers["set-cookie"].partition(";")[0]}
     own = {"origin": "http://192.168.1.5:8080"}
     assert asked(door, **known)[0] == 200
     assert asked(door, "websocket", **known, **own)[0]
@@ -450,6 +458,10 @@ def test_beyond_this_machine_a_token_is_asked_for_and_remembered():
     # Neither does the token alone let in a socket: only the page is opened by it.
     assert not asked(door, "websocket", query="token=secret", **there, **own)[0]
     assert not asked(door, "websocket", **known, origin="http://evil.example")[0]
+    # What servers at other ports are told is worth nothing to them.
+    assert "secret" not in known["cookie"]
+    assert asked(door, **known, client="192.168.1.66")[0] == 403
+    assert asked(Door(inside, "secret", 8081), **known)[0] == 403
 
 
 def test_pages_are_shown_in_no_other_sites_frame_and_load_nothing_from_elsewhere():

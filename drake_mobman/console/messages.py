@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn
 
+from drake_mobman.console.allowance import Allowance
 from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.teleop.drag import NOTHING, Dragged
 
@@ -83,7 +84,9 @@ def parsed(
         raise MessageError("too long", MessageError.TOO_BIG)
     try:
         # Values are turned into what they are to be below, or not at all.
-        said = json.loads(message, parse_constant=_no_constant)
+        said = json.loads(
+            message, parse_constant=_no_constant, object_pairs_hook=_each_once
+        )
     except (ValueError, RecursionError):
         raise MessageError("not JSON") from None
     if not isinstance(said, dict):
@@ -144,6 +147,18 @@ def _number(value: Any) -> float:
         return math.inf
 
 
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Returns an object, of which nobody can say what it says where a key is repeated.
+
+    Raises:
+        ValueError: where it is.
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key twice")
+    return found
+
+
 def _no_constant(name: str) -> NoReturn:
     raise ValueError(name)  # NaN and Infinity are not JSON.
 
@@ -156,9 +171,7 @@ class Rate:
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._room = BURST
-        self._last = clock()
+        self._allowance = Allowance(RATE, BURST, clock)
 
     def count(self) -> None:
         """Counts a message.
@@ -166,8 +179,5 @@ class Rate:
         Raises:
             MessageError: where it is one too many.
         """
-        now = self._clock()
-        self._room = min(BURST, self._room + RATE * (now - self._last)) - 1
-        self._last = now
-        if self._room < 0:
+        if not self._allowance.takes():
             raise MessageError("too many messages")

@@ -22,13 +22,21 @@ from nicegui import ui
 from starlette.responses import HTMLResponse
 from starlette.staticfiles import StaticFiles
 
+from drake_mobman.console import bounds
 from drake_mobman.console.desk import Desk, Page
 from drake_mobman.console.door import Door, is_loopback
 from drake_mobman.console.messages import MessageError
 from drake_mobman.console.page import add_page
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.state import state
-from drake_mobman.console.view import DRAGS, PERIOD, Frame, Picture, picture_page
+from drake_mobman.console.view import (
+    DRAGS,
+    PERIOD,
+    Frame,
+    Picture,
+    picture_page,
+)
+from drake_mobman.terminal import visible
 
 STATIC = Path(__file__).parent / "static"
 
@@ -40,9 +48,6 @@ _BREATH = 1.0
 
 _GONE = (RuntimeError, WebSocketDisconnect)
 """What it comes to when one writes to a browser that has gone."""
-
-_LARGEST = 65536
-"""Most bytes in a message to the server, NiceGUI's own included."""
 
 
 class Server:
@@ -72,7 +77,7 @@ class Server:
         add_page(name, session)
         ui.run_with(
             app,
-            title=f"{name} · mobman drive",
+            title=f"{visible(name)} · mobman drive",
             favicon="🦾",
             dark=True,
             show_welcome_message=False,
@@ -81,10 +86,14 @@ class Server:
         # objects: Drake, at work in another thread, does not survive that.
         app.router.lifespan_context = self._open
         config = uvicorn.Config(
-            Door(app, self.token),
-            log_level="warning",
-            ws_max_size=_LARGEST,
+            Door(app, self.token, self.port),
+            http=bounds.Requests,
+            h11_max_incomplete_event_size=bounds.LARGEST_HEAD,
+            ws=bounds.WebSocket,
+            ws_max_size=bounds.LARGEST_MESSAGE,
             ws_per_message_deflate=False,
+            backlog=bounds.WAITING,
+            log_level="critical",  # What strangers get wrong is nothing to tell of.
             timeout_graceful_shutdown=1,
         )
         self._uvicorn = uvicorn.Server(config)

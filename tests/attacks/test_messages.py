@@ -1,0 +1,244 @@
+"""What pages say that no page of ours would, and who says it."""
+
+import json
+import time
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+ARMED = 2
+
+
+def words(**changes):
+    """Returns an operator's message."""
+    said = {"sequence": 1, "v_c": 0.5, "omega_c": 0.0, "v_z": 0.0, "dead_man": True}
+    return json.dumps(said | {"sent": 12.5, "ahead": 87.5} | changes)
+
+
+MALFORMED = [
+    *(
+        "",
+        " ",
+        "hello",
+        "{",
+        "[]",
+        "7",
+        "null",
+        '"x"',
+        "{}",
+        "\0",
+        "[" * 400,
+        "{" * 400,
+    ),
+    *('{"a":' * 80, "[[" * 100 + "]]" * 100, "NaN", "\ufeff{}", "{'a': 1}"),
+    *(b"{}", b"\x00\xff", words().encode()),
+    *('{"ask": "stop"}', '{"sent": 1, "ask": "fly"}', '{"sent": 1, "ask": ["stop"]}'),
+    '{"sent": 1, "ask": "record", "folder": "/etc"}',
+    words()[:-1] + ', "v_c": 0.1}',  # A key twice: who is to say which counts?
+    '{"sent": 1, "ask": "stop", "ask": "reset"}',
+]
+
+NO_NUMBERS = ["NaN", "Infinity", "-Infinity", "true", '"0.5"', "null", "[0.5]", "{}"]
+
+
+@pytest.mark.parametrize("message", MALFORMED)
+def test_what_no_page_of_ours_says_closes_the_socket(drive, message):
+    assert drive.closes(message) == 1008
+
+
+def test_what_is_no_text_closes_the_socket(drive):
+    # By WebSocket's own rules, before it is a message of ours.
+    with drive.connect() as page:
+        page.recv(timeout=10)
+        with pytest.raises(ConnectionClosed) as closed:
+            frame = bytes([0x81, 0x84, 0, 0, 0, 0]) + b"\xff\xfe\xc3\x28"
+            page.socket.sendall(frame)
+            for _ in range(200):
+                page.recv(timeout=10)
+    assert closed.value.rcvd.code == 1007
+
+
+@pytest.mark.parametrize("size", [513, 65_000, 1_000_000])
+@pytest.mark.parametrize("kind", [str, bytes])
+def test_message_that_is_too_long_closes_the_socket(drive, size, kind):
+    message = " " * size
+    code = drive.closes(message if kind is str else message.encode())
+    assert code == (1008 if kind is bytes and size == 513 else 1009)
+
+
+@pytest.mark.parametrize("size", [0, 1, 1000])
+def test_message_without_an_end_closes_the_socket(drive, size):
+    began = time.monotonic()
+    with drive.connect() as page, pytest.raises((ConnectionClosed, OSError)):
+        mask = bytes(4)
+        head = bytes([0x01, 0x80 | size]) if size < 126 else b"\x01\xfe\x03\xe8"
+        page.socket.sendall(head + mask + b"x" * size)
+        more = (b"\x00" + head[1:] + mask + b"x" * size) * 200
+        while time.monotonic() < began + 15.0:
+            page.socket.sendall(more)
+    assert time.monotonic() < began + 10.0
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+def test_what_is_no_number_never_is_a_command(drive, operator, value):
+    operator.drives()
+    operator.send(words(sequence=2**52).replace("0.5", value))
+    operator.until(lambda _: operator.closed, "it is closed")
+    assert operator.closed == 1008
+    rests_in(drive)
+
+
+def rests_in(drive):
+    """Waits, by a page that watches, until the robot is at rest."""
+    with drive.connect() as page:
+        for _ in range(200):
+            state = json.loads(page.recv(timeout=10))
+            if not any(state.get(name) for name in ("v_b", "omega_b", "base", "arm")):
+                return
+    raise AssertionError("it does not rest")
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        (1e999, "not finite"),
+        (-1e999, "not finite"),
+        (1e308, "over its range"),
+        (-1.5, "over its range"),
+        (10**300, "over its range"),
+    ],
+)
+def test_number_that_is_out_of_range_never_is_a_command(operator, value, why):
+    said = json.dumps(value).replace("Infinity", "1e999")
+    seen, ended = set(), time.monotonic() + 20.0
+    while not any(why in text for text in seen):  # A busy machine may be late for it.
+        assert time.monotonic() < ended, seen
+        operator.holds = True
+        operator.drives()
+        operator.holds = None  # Says no more of itself.
+        for _ in range(8):
+            operator.sequence += 1
+            now = {"sequence": operator.sequence, "sent": time.monotonic()}
+            operator.send(words(**now, ahead=0.0).replace("0.5", said))
+            seen.add(operator.state["text"])
+            time.sleep(1 / 30)
+    operator.rests()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"__proto__": {"v_c": 1}},
+        {"constructor": 1},
+        {"toString": 1},
+        {"dead_man": 1},
+        {"dead_man": "true"},
+        {"sequence": -1},
+        {"sequence": 1.5},
+        {"sequence": 2**60},
+        {"sent": None},
+        {"drag": {"body": "link1", "point": [0, 0, 0], "to": [0, 0, 0]}},
+    ],
+)
+def test_what_no_input_has_closes_the_socket(drive, changes):
+    assert drive.closes(words(**changes)) == 1008
+
+
+@pytest.mark.parametrize(
+    "lies",
+    [
+        {"sequence": 3},
+        {"sent": -1000.0},
+        {"sent": 1e9, "ahead": 0.0},
+        {"ahead": 1000.0},
+    ],
+    ids=str,
+)
+def test_what_is_replayed_or_of_a_wrong_clock_does_not_drive(drive, operator_of, lies):
+    with operator_of(drive) as operator:
+        operator.drives()
+        operator.holds = None
+        ended = time.monotonic() + 1.5
+        while time.monotonic() < ended:
+            now = {"sent": lies["sent"] + time.monotonic()} if "sent" in lies else {}
+            fresh = {"ahead": -now["sent"]} if lies.get("ahead") == 0.0 else {}
+            operator.state["arming"] = ARMED  # Whatever it is told.
+            operator.holds = True
+            operator.say(**lies | now | fresh)
+            operator.holds = None
+            time.sleep(1 / 30)
+        operator.rests()
+        assert "not heard in time" in operator.state["text"]
+
+
+# --- Who says it ---------------------------------------------------------------------
+
+
+def pressed(what, **more):
+    return json.dumps({"ask": what, "sent": time.monotonic(), "ahead": 0.0} | more)
+
+
+def test_who_watches_changes_nothing(drive, operator):
+    operator.drives()
+    choice = operator.state["choice"]
+    with drive.connect() as page, operator.drives_on():
+        for what in ("reset", "record", "end_record", "hand_over"):
+            page.send(pressed(what))
+        page.send(pressed("choose", choice="exact"))
+        for k in range(20):
+            page.send(words(sequence=k + 10**6, sent=time.monotonic(), ahead=0.0))
+        time.sleep(1.0)
+    assert operator.state["choice"] == choice
+    assert operator.state["role"] == "you"
+    assert operator.state["recording"] == ""
+    assert operator.state["time"] > 1.0
+
+
+def test_forty_changes_of_hands_leave_one_operator_and_the_robot_at_rest(drive):
+    def roles():
+        now = time.monotonic() + 0.1  # By then, what was pressed is done.
+        states = [told_after(page, now) for page in pages]
+        return [state["role"] for state in states], states[0]
+
+    with drive.connect() as one, drive.connect() as two, drive.connect() as three:
+        pages = [one, two, three]
+        for turn in range(40):
+            for page in pages:  # All at once, whoever has it.
+                page.send(pressed("take"))
+            pages[turn % 3].send(pressed("hand_over"))
+            seen, state = roles()
+            assert seen.count("you") <= 1
+            assert state["arming"] != ARMED
+        until_one_drives = time.monotonic() + 10.0
+        while roles()[0].count("you") != 1:
+            assert time.monotonic() < until_one_drives
+            for page in pages:
+                page.send(pressed("take"))
+
+
+def told_after(page, moment):
+    """Returns what a page is told after some moment."""
+    for _ in range(400):
+        state = json.loads(page.recv(timeout=10))
+        if state["clock"] > moment:
+            return state
+    raise AssertionError("it is not told")
+
+
+def test_silent_operator_keeps_nobody_from_the_stick(drive):
+    with drive.connect() as silent, drive.connect() as other:
+        states = []
+
+        def role(page):
+            states.append(json.loads(page.recv(timeout=10)))
+            return states[-1]["role"]
+
+        assert role(silent) == "you"
+        other.send(pressed("take"))
+        assert role(other) == "another"
+        ended = time.monotonic() + 10.0
+        while role(other) != "you":
+            assert time.monotonic() < ended
+            other.send(pressed("take"))
+            time.sleep(0.1)
+        assert states[-1]["arming"] != ARMED
