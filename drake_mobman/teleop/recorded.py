@@ -86,6 +86,9 @@ def read_samples(path: Path) -> Any:
         ParameterError: where it cannot be read, or holds no recording.
     """
     valid = "must be a recorded session"
+    if path.exists() and not path.is_file():
+        # Nobody may ever say a word in a pipe, and some devices never end.
+        raise ParameterError("file", str(path), valid)
     try:
         data = path.read_bytes()
     except OSError as error:
