@@ -486,7 +486,7 @@ def test_report_tells_of_ticks_that_found_nothing():
         (["nosuch"], "no such scenario"),
         (["petric_guided"], "petric_guided: !Guided has no command to decompose"),
         (["--set", "source=external"], "is fed by a program"),
-        (["--set", "duration=0"], "must be above 0"),
+        (["--set", "duration=0"], "must be at least period"),
         (["--out", "bench.txt"], "must end in .json"),
     ],
 )

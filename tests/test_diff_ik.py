@@ -353,11 +353,20 @@ def test_solver_says_nothing(capfd):
 @pytest.mark.parametrize(
     ("params", "says"),
     [
-        ({"max_speed": 0.0}, "max_speed: 0.0 is not valid; must be above 0"),
+        (
+            {"max_speed": 0.0},
+            "max_speed: 0.0 is not valid; must be within [0.001, 10] m/s",
+        ),
         ({"max_acceleration": -1.0}, "max_acceleration: -1.0 is not valid; must be"),
-        ({"centering": -0.1}, "centering: -0.1 is not valid; must be 0 or above"),
-        ({"stop_time": -0.1}, "stop_time: -0.1 is not valid; must be 0 or above"),
-        ({"tolerance": 0.0}, "tolerance: 0.0 is not valid; must be above 0"),
+        (
+            {"centering": -0.1},
+            "centering: -0.1 is not valid; must be within [0, 1000] 1/s",
+        ),
+        ({"stop_time": -0.1}, "stop_time: -0.1 is not valid; must be within [0, 60] s"),
+        (
+            {"tolerance": 0.0},
+            "tolerance: 0.0 is not valid; must be within [1e-12, 0.01]",
+        ),
         ({"level_gain": math.nan}, "level_gain: nan is not valid; must be a finite"),
     ],
 )

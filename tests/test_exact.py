@@ -122,9 +122,15 @@ def test_factor_is_the_largest_that_the_bound_leaves(wanted, carried, bound):
     ("params", "message"),
     [
         (Exact(share="step"), "must be one of tanh, smoothstep"),
-        (Exact(turning_speed=0.0), "turning_speed: 0.0 is not valid; must be above 0"),
+        (
+            Exact(turning_speed=0.0),
+            r"turning_speed: 0.0 is not valid; must be within \[0.0001, 10\] m/s",
+        ),
         (Exact(phi_min=0.8), "must be below phi_max = 0.7"),
-        (Exact(K_omega=-1.0), "K_omega: -1.0 is not valid; must be 0 or above"),
+        (
+            Exact(K_omega=-1.0),
+            r"K_omega: -1.0 is not valid; must be within \[0, 20\] rad/s",
+        ),
     ],
 )
 def test_bad_parameters_are_refused(params, message):

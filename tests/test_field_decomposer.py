@@ -176,7 +176,7 @@ def test_gradient_by_the_joints_is_that_of_finite_differences(fed, name):
 @pytest.mark.parametrize(
     ("params", "says"),
     [
-        ({"K_f": -1.0}, "K_f: -1.0 is not valid; must be 0 or above"),
+        ({"K_f": -1.0}, "K_f: -1.0 is not valid; must be within [0, 1000] 1/s"),
         ({"law": "guess"}, "law: 'guess' is not valid; must be one of printed, proj"),
         ({"b_d": 0.6}, "b_d: 0.6 is not valid; must be below r_f - Delta_f = 0.55"),
         ({"phi_min": math.nan}, "phi_min: nan is not valid; must be a finite number"),

@@ -25,6 +25,9 @@ from drake_mobman.runs.scenario import AnyScenario, load_scenario, scenario_path
 PATIENCE = 60.0
 """How long a case may take [s]: on a busy machine, the longest takes ten."""
 
+ENOUGH = 250
+"""Cases that a process tries: each leaves some megabytes of Drake's behind."""
+
 SCENARIOS = {name: type(load_scenario(name)[1]) for name in scenario_paths()}
 
 
@@ -32,14 +35,18 @@ SCENARIOS = {name: type(load_scenario(name)[1]) for name in scenario_paths()}
 
 
 class Worker:
-    """Tries cases in a process, which is replaced where a case has cost it."""
+    """Tries cases in a process, which is replaced after some, or by one it has cost."""
 
     def __init__(self):
         self.counts = collections.Counter()
         self.process = None
+        self.tried = 0
 
     def outcome(self, case):
         """Returns what became of a case; fails where that is not as it must be."""
+        self.tried += 1
+        if self.tried % ENOUGH == 0:
+            self.close()
         if self.process is None:
             self.process = subprocess.Popen(
                 [sys.executable, "-P", Path(__file__).with_name("fuzz_worker.py")],

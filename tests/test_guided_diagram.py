@@ -420,9 +420,12 @@ START = "{x: 0.58, z: 0.523}"
 @pytest.mark.parametrize(
     ("override", "says"),
     [
-        ("field.K_f=-1", "field.K_f: -1.0 is not valid; must be 0 or above"),
-        ("field.K_r=-1", "field.K_r: -1.0 is not valid; must be 0 or above"),
-        ("field.K_omega=-1", "field.K_omega: -1.0 is not valid; must be 0 or above"),
+        ("field.K_f=-1", "field.K_f: -1.0 is not valid; must be within [0, 1000] 1/s"),
+        ("field.K_r=-1", "field.K_r: -1.0 is not valid; must be within [0, 1000] 1/s"),
+        (
+            "field.K_omega=-1",
+            "field.K_omega: -1.0 is not valid; must be within [0, 20] rad/s",
+        ),
         ("field.K_omega=.nan", "field.K_omega: nan is not valid; must be a finite num"),
         ("hand.damping=130", "hand.damping: 130.0 is not valid; must be at most 120"),
         ("drag.damping=50", "drag.damping: 50.0 is not valid; must be at most 45"),
@@ -435,14 +438,26 @@ START = "{x: 0.58, z: 0.523}"
         ("field.Delta_f=0.5", "field.b_d: 0.3 is not valid; must be below r_f - Delta"),
         ("field.Delta_f=0.9", "field.Delta_f: 0.9 is not valid; must be below r_f = 0"),
         ("field.b_d=0.9", "field.b_d: 0.9 is not valid; must be below r_f - Delta_f ="),
-        ("field.b_d=0", "field.b_d: 0.0 is not valid; must be above 0"),
+        ("field.b_d=0", "field.b_d: 0.0 is not valid; must be within [0.001, 10] m"),
         ("field.Delta_r=0.3", "field.Delta_r: 0.3 is not valid; must be below r_f - D"),
         ("field.phi_min=0.7", "field.phi_min: 0.7 is not valid; must be below phi_max"),
-        ("field.phi_min=-0.1", "field.phi_min: -0.1 is not valid; must be 0 or above"),
-        ("field.phi_max=4", "field.phi_max: 4.0 is not valid; must be at most pi"),
+        (
+            "field.phi_min=-0.1",
+            "field.phi_min: -0.1 is not valid; must be within [0, 3.14159] rad",
+        ),
+        (
+            "field.phi_max=4",
+            "field.phi_max: 4.0 is not valid; must be within [0, 3.14159] rad",
+        ),
         ("field.phi=1", "field.phi: 1 is not valid; valid keys are: law, K_f, K_r"),
-        ("hand.stiffness=-1", "hand.stiffness: -1.0 is not valid; must be above 0"),
-        ("hand.damping=0", "hand.damping: 0.0 is not valid; must be above 0"),
+        (
+            "hand.stiffness=-1",
+            "hand.stiffness: -1.0 is not valid; must be within [0.1, 1e+06] N/m",
+        ),
+        (
+            "hand.damping=0",
+            "hand.damping: 0.0 is not valid; must be within [0.001, 1e+06] N s/m",
+        ),
         ("hand.max_force=.inf", "hand.max_force: inf is not valid; must be a finite"),
         ("hand.path=[]", "hand.path: [] is not valid; must hold one waypoint or more"),
         (
@@ -485,7 +500,10 @@ START = "{x: 0.58, z: 0.523}"
             "fidelity.step=0.003",
             "fidelity.step: 0.003 is not valid; must divide the control period of 0",
         ),
-        ("robot.mount=-1", "robot.mount: -1.0 is not valid; must be above 0"),
+        (
+            "robot.mount=-1",
+            "robot.mount: -1.0 is not valid; must be within [0.01, 2] m",
+        ),
         ("period=0.003", "fidelity.step: 0.002 is not valid; must divide the control"),
         ("start.l=0.9", "out of reach; the nearest is l = 0.85"),
         ("decomposer=blending", "decomposer: 'blending' is not valid; valid keys are:"),
@@ -504,7 +522,10 @@ def test_bad_value_is_refused_in_one_line(override, says):
 @pytest.mark.parametrize(
     ("override", "says"),
     [
-        ("decomposer.K_f=-1", "decomposer.K_f: -1.0 is not valid; must be 0 or above"),
+        (
+            "decomposer.K_f=-1",
+            "decomposer.K_f: -1.0 is not valid; must be within [0, 1000] 1/s",
+        ),
         ("decomposer.law=foo", "decomposer.law: 'foo' is not valid; must be one of pr"),
         ("decomposer.Delta_f=0.5", "decomposer.b_d: 0.3 is not valid; must be below r"),
         ("decomposer.phi_min=0.7", "decomposer.phi_min: 0.7 is not valid; must be bel"),

@@ -388,9 +388,9 @@ def test_free_arm_follows_a_hand_of_30_cm_a_second(way):
 @pytest.mark.parametrize(
     ("change", "key", "value", "valid"),
     [
-        ({"stiffness": 0.0}, "stiffness", 0.0, "must be above 0"),
-        ({"damping": -1.0}, "damping", -1.0, "must be above 0"),
-        ({"max_force": 0.0}, "max_force", 0.0, "must be above 0"),
+        ({"stiffness": 0.0}, "stiffness", 0.0, "must be within [0.1, 1e+06] N/m"),
+        ({"damping": -1.0}, "damping", -1.0, "must be within [0.001, 1e+06] N s/m"),
+        ({"max_force": 0.0}, "max_force", 0.0, "must be within [0.001, 100000] N"),
         ({"stiffness": math.inf}, "stiffness", math.inf, "must be a finite number"),
         ({"path": []}, "path", [], "must hold one waypoint or more"),
         (

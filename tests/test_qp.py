@@ -278,12 +278,15 @@ def test_solver_says_nothing(capfd):
 @pytest.mark.parametrize(
     ("params", "says"),
     [
-        ({"damping": 0.0}, "damping: 0.0 is not valid; must be above 0"),
+        ({"damping": 0.0}, "damping: 0.0 is not valid; must be within [1e-06, 1]"),
         ({"damping": 1.0}, "damping: 1.0 is not valid; must be below 1"),
-        ({"max_step": -0.01}, "max_step: -0.01 is not valid; must be above 0"),
+        (
+            {"max_step": -0.01},
+            "max_step: -0.01 is not valid; must be within [1e-06, 1] m or rad",
+        ),
         ({"tolerance": math.nan}, "tolerance: nan is not valid; must be a finite"),
-        ({"iterations": 0}, "iterations: 0 is not valid; must be above 0"),
-        ({"stop_time": -1.0}, "stop_time: -1.0 is not valid; must be 0 or above"),
+        ({"iterations": 0}, "iterations: 0 is not valid; must be within [1, 100000]"),
+        ({"stop_time": -1.0}, "stop_time: -1.0 is not valid; must be within [0, 60] s"),
     ],
 )
 def test_parameters_that_are_none_are_refused(params, says):

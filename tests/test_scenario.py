@@ -102,7 +102,7 @@ def test_override_takes_whole_lists_of_tagged_members():
         ("duration=true", "duration: True is not valid; must be a number"),
         ("duration=", "duration: None is not valid; must be a number"),
         ("source.repeat=1.5", "source.repeat: 1.5 is not valid; must be a whole numb"),
-        ("source.repeat=0", "source.repeat: 0 is not valid; must be within [1, 5"),
+        ("source.repeat=0", "source.repeat: 0 is not valid; must be within [1, 50"),
         ("smoother.enabled=1", "smoother.enabled: 1 is not valid; must be true, fal"),
         ("start=3", "start: 3 is not valid; must be a mapping with keys of l, psi"),
         ("source.segments=7", "source.segments: 7 is not valid; must be a list"),

@@ -200,7 +200,9 @@ def test_bad_segments_are_refused_by_name(kind, key, value):
 
 @pytest.mark.parametrize("repeat", [0, -1])
 def test_a_script_never_gone_through_is_refused(repeat):
-    with pytest.raises(ParameterError, match=r"^repeat: .* must be 1 or more"):
+    with pytest.raises(
+        ParameterError, match=r"^repeat: .* must be within \[1, 100000\]"
+    ):
         ScriptedSource(Script([Held()], repeat=repeat))
 
 

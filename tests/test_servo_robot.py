@@ -411,16 +411,25 @@ def test_energy_is_kept_better_by_as_much_as_the_step_is_shorter():
             {"step": 0.02},
             "step: 0.02 is not valid; must divide the control period of 0",
         ),
-        ({"step": 0.0}, "step: 0.0 is not valid; must be above 0"),
+        ({"step": 0.0}, "step: 0.0 is not valid; must be within [1e-05, 0.1] s"),
         ({"step": math.nan}, "step: nan is not valid; must be a finite number"),
-        ({"base_gain": -1.0}, "base_gain: -1.0 is not valid; must be above 0"),
-        ({"yaw_gain": 0.0}, "yaw_gain: 0.0 is not valid; must be above 0"),
+        (
+            {"base_gain": -1.0},
+            "base_gain: -1.0 is not valid; must be within [1, 1e+08] N s/m",
+        ),
+        (
+            {"yaw_gain": 0.0},
+            "yaw_gain: 0.0 is not valid; must be within [1, 1e+08] N m s",
+        ),
         ({"arm_gain": math.inf}, "arm_gain: inf is not valid; must be a finite number"),
         (
             {"joint_stiffness": -1.0},
-            "joint_stiffness: -1.0 is not valid; must be 0 or ",
+            "joint_stiffness: -1.0 is not valid; must be within [0, 1",
         ),
-        ({"joint_damping": -1.0}, "joint_damping: -1.0 is not valid; must be 0 or abo"),
+        (
+            {"joint_damping": -1.0},
+            "joint_damping: -1.0 is not valid; must be within [0, 1",
+        ),
     ],
 )
 def test_servo_that_is_none_is_refused(servo, says):

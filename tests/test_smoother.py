@@ -198,12 +198,12 @@ def test_expressions_say_the_same_as_numbers(last, raw):
 @pytest.mark.parametrize(
     ("key", "value", "valid"),
     [
-        ("smoothing", 0.0, "must be above 0"),
-        ("smoothing", 1.1, "must be at most 1"),
-        ("max_speed", -0.5, "must be above 0"),
+        ("smoothing", 0.0, "must be within [0.0001, 1]"),
+        ("smoothing", 1.1, "must be within [0.0001, 1]"),
+        ("max_speed", -0.5, "must be within [0.001, 10] m/s"),
         ("max_speed", math.inf, "must be a finite number"),
-        ("max_acceleration", 0.0, "must be above 0"),
-        ("max_yaw_rate", 0.0, "must be above 0"),
+        ("max_acceleration", 0.0, "must be within [0.001, 100] m/s^2"),
+        ("max_yaw_rate", 0.0, "must be within [0.001, 20] rad/s"),
         ("max_yaw_acceleration", math.nan, "must be a finite number"),
     ],
 )

@@ -29,7 +29,7 @@ class Change:
 
     def check(self) -> None:
         """Raises `ParameterError` unless the duration is one."""
-        within(self, Range(1e-3, 60.0, "s"), "duration")
+        within(self, Range(1e-6, 60.0, "s"), "duration")
 
 
 def next_handover(last: Handover, choice: float, count: int, step: float) -> Handover:
