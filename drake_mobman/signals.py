@@ -4,7 +4,10 @@ EE_COMMAND = "ee_command"
 """3: `v_c` [m/s] along the reach S->E, `omega_c` [rad/s] turning it, `v_z` [m/s] up."""
 
 WORKSPACE = "workspace"
-"""3: `l` [m], `psi` [rad], `z` [m], cylindrical coordinates of p_SE in B's axes."""
+"""3: `l` [m], `psi` [rad], `z` [m], cylindrical coordinates of p_SE in B's axes.
+
+psi goes on past half a turn, without a jump where the arm points backwards.
+"""
 
 P_BT = "p_BT"
 """3: position of the translational end effector T in B [m]."""
