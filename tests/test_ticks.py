@@ -124,6 +124,13 @@ def test_run_ends_with_the_sample_at_its_duration(duration):
     assert log["time"][-1] == pytest.approx(duration)
 
 
+def test_run_of_a_single_period_is_long_enough_whatever_rounding_makes_of_it():
+    assert 0.3 < 3 * 0.1
+    overrides = ["duration=0.3", f"period={3 * 0.1}", "start.l=1"]
+    log = simulate(load_scenario("kwon_1", overrides)[1]).log
+    assert len(log["time"]) == 2
+
+
 def test_every_duration_of_one_decimal_is_a_whole_number_of_ticks():
     for tenths in range(1, 601):
         assert last_tick(tenths / 10, 0.01) == 10 * tenths

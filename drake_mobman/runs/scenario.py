@@ -59,7 +59,7 @@ from drake_mobman.teleop.guard import Guard
 from drake_mobman.teleop.live import Operator
 from drake_mobman.teleop.recorded import Recording
 from drake_mobman.teleop.scripted import Script
-from drake_mobman.ticks import aligned
+from drake_mobman.ticks import aligned, last_tick
 
 
 @dc.dataclass
@@ -107,7 +107,7 @@ class Scenario:
         """Raises `ParameterError` unless it can be run."""
         within(self, PERIOD, "period")
         within(self, TIME, "duration")
-        if self.duration < self.period:
+        if last_tick(self.duration, self.period) < 1:
             raise ParameterError(
                 "duration", self.duration, f"must be at least period = {self.period!r}"
             )
