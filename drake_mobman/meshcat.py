@@ -45,14 +45,20 @@ def sealed_meshcat() -> Meshcat:
     """Returns a Meshcat that nobody can reach: it draws, and tells what it has drawn.
 
     It cannot be made without a port. That is closed before it could be found.
+
+    Raises:
+        RuntimeError: where there is no such port, or it cannot be closed.
     """
     meshcat = local_meshcat(unguessed_host())
-    for number in map(int, os.listdir("/dev/fd")):
-        if _listens(number, meshcat.port()):
-            # The number stays in use until Meshcat closes it, or it would close the
-            # file of somebody else.
-            with open(os.devnull, "rb") as nothing:
-                os.dup2(nothing.fileno(), number, inheritable=False)
+    files = map(int, os.listdir("/dev/fd"))
+    doors = [number for number in files if _listens(number, meshcat.port())]
+    for number in doors:
+        # The number stays in use until Meshcat closes it, or it would close the file
+        # of somebody else.
+        with open(os.devnull, "rb") as nothing:
+            os.dup2(nothing.fileno(), number, inheritable=False)
+    if not doors:
+        raise RuntimeError("Meshcat's port cannot be closed")
     return meshcat
 
 

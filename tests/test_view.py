@@ -18,7 +18,7 @@ from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.console.plain import Panel
 from drake_mobman.console.server import Server, listening
 from drake_mobman.console.session import LiveSession
-from drake_mobman.console.view import Picture, picture_page
+from drake_mobman.console.view import Frame, Picture, picture_page
 from drake_mobman.meshcat import sealed_meshcat
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.teleop.gate import Arming
@@ -141,18 +141,20 @@ def test_frame_tells_what_moved_and_lines_begin_anew_after_a_reset():
         drive.goes.set()
         until(lambda: drive.way > 1.0, "it drives")
         first = picture.at(drive.session.snapshot())
-        assert first.since(first).message() == {"poses": {}, "lines": {}}
+        assert first.message(first) == {"poses": {}, "lines": {}}
         until(lambda: drive.way > 2.0, "it drives on")
         second = picture.at(drive.session.snapshot())
         news = second.since(first)
         assert {"/world", "/drake", "/world/base"} <= news.poses.keys()
         (path,) = [x for x in second.lines if "base" in x]
-        assert len(second.lines[path]) == 2
-        assert second.lines[path][1][:2] == pytest.approx(drive.base, abs=1.0)
+        assert second.message(first)["lines"][path]["keep"] == 1
+        ((x, y, _),) = second.message(first)["lines"][path]["add"]
+        assert (x, y) == pytest.approx(drive.base, abs=1.0)
         drive.session.reset()
         until(lambda: drive.session.snapshot().time < 0.5, "it starts over")
         third = picture.at(drive.session.snapshot())
-        assert [len(points) for points in third.lines.values()] == [1, 1]
+        for line in third.message(second)["lines"].values():
+            assert (line["keep"], len(line["add"])) == (0, 1)
 
 
 def until(condition, what):
@@ -162,16 +164,27 @@ def until(condition, what):
         time.sleep(0.01)
 
 
-def test_lines_are_bounded_however_long_one_drives():
+def test_lines_are_bounded_and_told_whole_to_whoever_hears_how_often():
     with Drive() as drive:
         until(lambda: "base_pose" in drive.session.snapshot().signals, "it runs")
         snapshot = drive.session.snapshot()
     picture = Picture(load_scenario("kwon_arbitrary")[1])
-    for i in range(1000):
-        moved = snapshot.signals | {"base_pose": (0.03 * i, 0.0, 0.0)}
-        frame = picture.at(dc.replace(snapshot, signals=moved, time=float(i)))
-    sizes = {len(points) for points in frame.lines.values()}
-    assert sizes == {400}
+    rng = np.random.default_rng(1)
+    shown, drawn, way = Frame(), {}, 0.0
+    for i in range(1500):
+        way += 0.03
+        moved = snapshot.signals | {"base_pose": (way, 0.0, 0.0)}
+        # Started over twice.
+        time_ = float(i % 600)
+        frame = picture.at(dc.replace(snapshot, signals=moved, time=time_))
+        if rng.random() < 0.02:
+            for path, news in frame.message(shown)["lines"].items():
+                before = drawn.get(path, [])
+                drawn[path] = before[len(before) - news["keep"] :] + news["add"]
+            shown = frame
+            for path, line in frame.lines.items():
+                assert drawn[path] == pytest.approx(np.array(line.points), abs=1e-4)
+                assert len(line.points) == min(int(time_) + 1, 400)
 
 
 def test_page_of_the_picture_is_whole_by_itself():

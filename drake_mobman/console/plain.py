@@ -168,10 +168,10 @@ class Panel:
         news = frame.since(self._shown)
         for path, X in news.poses.items():
             self._meshcat.SetTransform(path, X)
-        for path, points in news.lines.items():
-            ends = points or [(0.0, 0.0, 0.0)]  # Meshcat draws no line of less than 2.
-            line = np.array([*ends, ends[-1]]).T
-            self._meshcat.SetLine(path, line, 3, LINES[path])
+        for path, line in news.lines.items():
+            # Meshcat draws none of less than two points.
+            points = np.array([*line.points, line.points[-1]]).T
+            self._meshcat.SetLine(path, points, 3, LINES[path])
         self._shown = frame
 
     def _pushed(self) -> tuple[bool, list[float]]:

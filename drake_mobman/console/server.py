@@ -183,8 +183,7 @@ class Server:
                 now = time.monotonic()
                 frame = self._picture.at(self._session.snapshot())
                 if frame is not shown or now - breath > _BREATH:
-                    news = frame.since(shown).message()
-                    await browser.send_text(json.dumps(news))
+                    await browser.send_text(json.dumps(frame.message(shown)))
                     shown, breath = frame, now
                 await asyncio.sleep(PERIOD)
 

@@ -5,8 +5,9 @@ drawn at the start, and told what moves: no Meshcat is served.
 """
 
 import dataclasses as dc
+import math
 from collections.abc import Collection
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba, Sphere
@@ -58,14 +59,32 @@ _KEPT = 400
 """Points of a line that are drawn."""
 
 
+class Line(NamedTuple):
+    """Where something has gone of late."""
+
+    made: int = 0  # Points that there have been, forgotten ones included.
+    points: tuple[tuple[float, ...], ...] = ()  # (x, y, z) in W, the latest last [m].
+
+    def gone_on(self, point: tuple[float, ...]) -> "Line":
+        """Returns it with a point more, if that is far enough from the last one."""
+        if self.points and math.dist(point, self.points[-1]) < _STEP:
+            return self
+        return Line(self.made + 1, (*self.points[1 - _KEPT :], point))
+
+    def since(self, before: "Line") -> dict[str, Any]:
+        """Returns how many of the last points before it keeps, and what it adds."""
+        new = min(self.made - before.made, len(self.points))
+        keep = len(self.points) - new
+        return {"keep": keep, "add": np.round(self.points[keep:], 4).tolist()}
+
+
 @dc.dataclass(frozen=True)
 class Frame:
     """What moves in the picture, at one time; nothing in it changes any more."""
 
     # Poses (4, 4) by path, each in the frame of the path above it [m].
     poses: dict[str, Any] = dc.field(default_factory=dict)
-    # Points (x, y, z) in W of `LINES`, by path [m].
-    lines: dict[str, list[tuple[float, ...]]] = dc.field(default_factory=dict)
+    lines: dict[str, Line] = dc.field(default_factory=dict)  # By path; see `LINES`.
 
     def since(self, before: "Frame") -> "Frame":
         """Returns what is not as it was in the frame `before`."""
@@ -75,19 +94,23 @@ class Frame:
             if not (path in before.poses and np.array_equal(X, before.poses[path]))
         }
         lines = {
-            path: points
-            for path, points in self.lines.items()
-            if points != before.lines.get(path)
+            path: line
+            for path, line in self.lines.items()
+            if line is not before.lines.get(path)
         }
         return Frame(poses, lines)
 
-    def message(self) -> dict[str, Any]:
-        """Returns it as a browser is told: matrices column by column, in six digits."""
+    def message(self, before: "Frame") -> dict[str, Any]:
+        """Returns what a browser that shows `before` is told: matrices by columns."""
+        news = self.since(before)
         poses = {
             path: np.round(X, 6).ravel(order="F").tolist()
-            for path, X in self.poses.items()
+            for path, X in news.poses.items()
         }
-        lines = {path: np.round(x, 4).tolist() for path, x in self.lines.items()}
+        lines = {
+            path: line.since(before.lines.get(path, Line()))
+            for path, line in news.lines.items()
+        }
         return {"poses": poses, "lines": lines}
 
 
@@ -114,7 +137,7 @@ class Picture:
             for body in bodies
             if self._plant.GetVisualGeometriesForBody(body)
         }
-        self._lines: dict[str, list[tuple[float, ...]]] = {path: [] for path in LINES}
+        self._lines = {path: Line() for path in LINES}
         self._time = 0.0
         self._shown: Any = np.inf  # What the frame shows.
         self._frame = Frame()
@@ -157,21 +180,14 @@ class Picture:
         if guide:
             poses[_GUIDE] = RigidTransform(guide)
         hand = self._plant.GetFrameByName("tool").CalcPoseInWorld(self._context)
-        if started_over:
-            self._lines = {path: [] for path in LINES}
-        self._go_on(HAND_PATH, tuple(hand.translation()))
-        self._go_on(BASE_PATH, (*pose[:2], 0.005))
+        ends = {HAND_PATH: tuple(hand.translation()), BASE_PATH: (*pose[:2], 0.005)}
+        for path, line in self._lines.items():
+            begun = Line(line.made) if started_over else line
+            self._lines[path] = begun.gone_on(ends[path])
         poses |= _scrolled(*pose[:2])
         matrices = {path: X.GetAsMatrix4() for path, X in poses.items()}
         self._frame = Frame(matrices, self._lines.copy())
         return self._frame
-
-    def _go_on(self, path: str, point: tuple[float, ...]) -> None:
-        """Adds a point to a line if it is far enough from the last one."""
-        points = self._lines[path]
-        if points and np.linalg.norm(np.subtract(point, points[-1])) < _STEP:
-            return
-        self._lines[path] = [*points[1 - _KEPT :], point]
 
 
 def picture_page(picture: Picture) -> str:

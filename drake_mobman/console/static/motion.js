@@ -16,7 +16,7 @@ export class Motion {
   show(viewer, { THREE }) {
     this.viewer = viewer;
     this.lines = THREE.Float32BufferAttribute;
-    this.#open(); // All is told anew.
+    this.#open();
   }
 
   // Shows nothing any more.
@@ -30,6 +30,7 @@ export class Motion {
     const secure = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${secure}://${location.host}/view/`);
     this.socket = socket;
+    this.points = {}; // Of lines, by path; all is told anew.
     this.last = performance.now();
     socket.onmessage = ({ data }) => {
       if (socket !== this.socket || !this.viewer) return;
@@ -54,10 +55,14 @@ export class Motion {
     for (const [path, matrix] of Object.entries(poses)) {
       this.viewer.handle_command({ type: "set_transform", path, matrix });
     }
-    for (const [path, points] of Object.entries(lines)) this.#draw(path, points);
+    for (const [path, news] of Object.entries(lines)) this.#draw(path, news);
   }
 
-  #draw(path, points) {
+  // Draws a line that keeps so many of its last points, and adds some.
+  #draw(path, { keep, add }) {
+    const before = this.points[path] ?? [];
+    const points = [...before.slice(before.length - keep), ...add];
+    this.points[path] = points;
     const names = path.split("/").filter(Boolean);
     const { geometry } = this.viewer.scene_tree.find([...names, "<object>"]).object;
     geometry.dispose(); // What the graphics card holds of it.
