@@ -12,6 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Self
 
+from pydrake.common.yaml import yaml_load_typed
+
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.base.smoother import Smoother
@@ -102,6 +104,14 @@ class Scenario:
     def own(cls, robot: Robot) -> dict[type, Any]:
         """Returns what the robot brings to such a scenario, by its class."""
         return own(robot)
+
+    @classmethod
+    def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Returns YAML data of such a scenario with what it leaves to its robot."""
+        named = {key: value for key, value in data.items() if key == "robot"}
+        robot = yaml_load_typed(schema=cls, data=dump_yaml(named)).robot
+        given = with_defaults(data, cls, cls.own(robot))
+        return plain(cls(robot=robot), cls) | given
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""

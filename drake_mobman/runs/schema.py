@@ -1,17 +1,18 @@
 """YAML against a dataclass: what is wrong with it, and where, in one line.
 
-The whole way from text to an instance is here, as of Drake's `yaml_load_typed`, whose
-messages name neither the key's path nor what would be valid. Whatever a text holds, it
-comes to an instance or to a `ParameterError`.
+Drake's `yaml_load_typed` does the loading; its messages name neither the key's path
+nor what would be valid, so the data is looked through before. Whatever a text holds, an
+instance comes of it, or a `ParameterError`.
 """
 
 import dataclasses as dc
 import re
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import yaml
+from pydrake.common.yaml import yaml_load_typed
 
 from drake_mobman.parameters import ParameterError, checked
 
@@ -158,17 +159,18 @@ def dump_yaml(data: Any) -> str:
 
 def dump_typed(obj: Any) -> str:
     """Returns a dataclass as YAML: every field, a tag at every union and at the top."""
-    return dump_yaml({TAG: f"!{type(obj).__name__}"} | _plain(obj, type(obj)))
+    return dump_yaml({TAG: f"!{type(obj).__name__}"} | plain(obj, type(obj)))
 
 
-def _plain(obj: Any, schema: Any) -> Any:
+def plain(obj: Any, schema: Any) -> Any:
+    """Returns an instance of `schema` as YAML data, with `_tag` at every union."""
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
-        return [_plain(item, members[0]) for item in obj]
+        return [plain(item, members[0]) for item in obj]
     if not dc.is_dataclass(obj):
         return obj
     tag = {TAG: f"!{type(obj).__name__}"} if members else {}
-    return tag | {f.name: _plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
+    return tag | {f.name: plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
 
 
 def with_override(data: Any, path: str, value: Any) -> Any:
@@ -201,96 +203,83 @@ def load_typed(schema: Any, data: Any) -> Any:
     one, by default the first. Below, a member of a union is named by its tag,
     `!Switching`, or by its bare name in any case, `switching`.
 
-    A schema that has a robot may have a class method `own(robot)`, which returns what
-    the robot brings along, by class: it stands in for the defaults of these.
-
     Raises:
         ParameterError: names the key, its value and what is valid.
     """
     if members := typing.get_args(schema):
         data = {} if data is None else data
-        return checked(_made_union(data, members, "", members[0](), {}))
-    return checked(_made_dataclass(data, "", schema(), {}))
+        data = _conformed_union(data, members, "", members[0])
+        tag = data.pop(TAG).lstrip("!")
+        (schema,) = (member for member in members if member.__name__ == tag)
+    else:
+        data = _conformed(data, schema, "")
+    if hasattr(schema, "completed"):
+        data = schema.completed(data)  # What it leaves out is not for itself to say.
+    return checked(yaml_load_typed(schema=schema, data=dump_yaml(data)))
 
 
-_Own = Mapping[type, Any]
-"""What stands in for a class's defaults, where something does."""
+def _conformed(data: Any, schema: Any, path: str, default: Any = None) -> Any:
+    """Returns `data` as `yaml_load_typed` takes it, or raises `ParameterError`.
 
-
-def _made(data: Any, schema: Any, path: str, default: Any, own: _Own) -> Any:
-    """Returns what `schema` makes of `data`, or raises `ParameterError`.
-
-    What `data` does not tell is as in `default`. A mapping for a union that has no tag
-    is one for the class of that.
+    A mapping for a union that has no tag is one for the class of the field's `default`.
     """
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
         if not isinstance(data, list):
             raise ParameterError(path, data, "must be a list")
-        (item,) = members
-        first = _default((typing.get_args(item) or members)[0], own)
-        return [_made(x, item, f"{path}[{i}]", first, own) for i, x in enumerate(data)]
+        item = members[0]
+        return [_conformed(x, item, f"{path}[{i}]") for i, x in enumerate(data)]
     if members:
-        return _made_union(data, members, path, default, own)
+        untagged = members[0] if default is None else type(default)
+        return _conformed_union(data, members, path, untagged)
     if dc.is_dataclass(schema):
-        return _made_dataclass(data, path, default, own)
-    return _made_scalar(data, schema, path)
+        return _conformed_mapping(data, schema, path)
+    return _conformed_scalar(data, schema, path)
 
 
-def _default(kind: type, own: _Own) -> Any:
-    return own[kind] if kind in own else kind()
-
-
-def _made_union(
-    data: Any, members: tuple[Any, ...], path: str, default: Any, own: _Own
+def _conformed_union(
+    data: Any, members: tuple[Any, ...], path: str, untagged: Any
 ) -> Any:
     by_name = {member.__name__.lower(): member for member in members}
     if isinstance(data, str) and path:
         data = {TAG: data}
     if not isinstance(data, dict):
-        valid = _tags(members) if path else _keys(default)
+        valid = _tags(members) if path else _keys(untagged)
         raise ParameterError(path or "the whole", data, valid)
-    name = data.get(TAG, type(default).__name__)
+    name = data.get(TAG, untagged.__name__)
     member = by_name.get(str(name).lstrip("!").lower())
     if member is None:
         raise ParameterError(path or "the tag at the top", name, _tags(members))
     rest = {key: value for key, value in data.items() if key != TAG}
-    if not isinstance(default, member):
-        default = _default(member, own)
-    return _made_dataclass(rest, path, default, own)
+    return _conformed_mapping(rest, member, path) | {TAG: f"!{member.__name__}"}
 
 
 def _tags(members: tuple[Any, ...]) -> str:
     return "must be one of " + ", ".join(f"!{member.__name__}" for member in members)
 
 
-def _keys(default: Any) -> str:
-    names = ", ".join(field.name for field in dc.fields(default))
+def _keys(schema: Any) -> str:
+    names = ", ".join(field.name for field in dc.fields(schema))
     return f"must be a mapping with keys of {names}"
 
 
-def _made_dataclass(data: Any, path: str, default: Any, own: _Own) -> Any:
-    fields = {field.name: field.type for field in dc.fields(default)}
+def _conformed_mapping(data: Any, schema: Any, path: str) -> dict[str, Any]:
+    fields = {field.name: field.type for field in dc.fields(schema)}
     if not isinstance(data, dict):
-        raise ParameterError(path or "the whole", data, _keys(default))
+        raise ParameterError(path or "the whole", data, _keys(schema))
     where = f"{path}." if path else ""
     for key, value in data.items():
         if key not in fields:
             valid = ", ".join(fields) or "none at all"
             raise ParameterError(f"{where}{key}", value, f"valid keys are: {valid}")
-
-    def made(key: str) -> Any:
-        before = getattr(default, key)
-        return _made(data[key], fields[key], f"{where}{key}", before, own)
-
-    if hasattr(default, "own"):
-        # What it leaves out is for its robot to say.
-        robot = made("robot") if "robot" in data else default.robot
-        default, own = type(default)(robot=robot), default.own(robot)
-    return dc.replace(default, **{key: made(key) for key in data})
+    defaults = schema()
+    return {
+        key: _conformed(value, fields[key], f"{where}{key}", getattr(defaults, key))
+        for key, value in data.items()
+    }
 
 
-def _made_scalar(data: Any, schema: Any, path: str) -> Any:
+def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:
     names = {
         float: "a number",
         int: "a whole number",
