@@ -49,9 +49,12 @@ from drake_mobman.runs.fit import (
     check_joints,
     check_workspace,
 )
+from drake_mobman.runs.layers import with_defaults
 from drake_mobman.runs.schema import (
+    dump_yaml,
     load_typed,
     load_yaml,
+    plain,
     with_override,
 )
 from drake_mobman.teleop.choice import Change
