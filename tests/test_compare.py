@@ -33,8 +33,8 @@ from drake_mobman.runs.simulate import simulate
 FILES = ["comparison.json", "comparison.md", "comparison.png", "scenario.yaml"]
 BOTH = ["--decomposers", "blending,switching"]
 SHORT = [
-    *("--set", "start.l=0.5"),
-    *("--set", "robot={upper_link: 0.2, lower_link: 0.3}"),
+    *("--set", "start.l=0.45"),
+    *("--set", "robot={upper_link: 0.2, lower_link: 0.25}"),
 ]
 """An arm too short for a velocity field."""
 
