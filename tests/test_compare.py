@@ -36,8 +36,8 @@ FILES = [
 ]
 BOTH = ["--decomposers", "blending,switching"]
 SHORT = [
-    *("--set", "start.l=0.5"),
-    *("--set", "robot={upper_link: 0.2, lower_link: 0.3}"),
+    *("--set", "start.l=0.45"),
+    *("--set", "robot={upper_link: 0.2, lower_link: 0.25}"),
 ]
 """An arm too short for a velocity field."""
 

@@ -1,7 +1,7 @@
 """What a robot brings along: parameters that fit it, where a scenario says nothing."""
 
 import dataclasses as dc
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import VelocityField
@@ -18,6 +18,7 @@ from drake_mobman.parameters import (
     checked,
     within,
 )
+from drake_mobman.robots.model import Robot
 
 T = TypeVar("T")
 
@@ -40,14 +41,7 @@ class Start:
         within(self, ANGLE, "psi", "theta")
 
 
-class Bringing(Protocol):
-    """A robot that has parameters of its own."""
-
-    def defaults(self) -> list[Any]:
-        """Returns what fits the robot: dataclasses of parameters, one of a kind."""
-
-
-def own(robot: Bringing) -> dict[type, Any]:
+def own(robot: Robot) -> dict[type, Any]:
     """Returns the robot's own parameters by their class.
 
     None of a robot that is not valid, as when it is refused later.
@@ -59,7 +53,7 @@ def own(robot: Bringing) -> dict[type, Any]:
     return {type(params): params for params in brought}
 
 
-def default_of(robot: Bringing, kind: type[T]) -> T:
+def default_of(robot: Robot, kind: type[T]) -> T:
     """Returns the robot's own parameters of a kind, or that kind's defaults."""
     return own(robot).get(kind) or kind()
 

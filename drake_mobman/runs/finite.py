@@ -19,7 +19,7 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
     for name in names_in_order(by_name):
         try:
             value = by_name[name].Eval(context)
-        except FAILURES:
+        except (*FAILURES, SystemExit):  # Drake's assertions are the latter.
             continue  # It follows from another.
         if not np.isfinite(value).all():
             return name
