@@ -22,10 +22,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.console.panel_process import PanelProcess, free_place
 from drake_mobman.console.plain import HOLD, RESET, STOP
-from drake_mobman.console.server import Server, listening
+from drake_mobman.console.server import listening
 from drake_mobman.console.session import LiveSession
 from drake_mobman.meshcat import sealed_meshcat, unguessed_host
 from drake_mobman.runs.scenario import load_scenario
@@ -181,7 +180,8 @@ def test_picture_is_reached_by_nobody_and_no_frame_ends_the_session():
             while json.loads(socket.recv(timeout=5))["time"] < before + 0.3:
                 assert time.monotonic() < end, "the session goes on"
         process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=PATIENCE)
+        _, errors = process.communicate(timeout=PATIENCE)
+        assert errors == ""
 
 
 @needs_proc
@@ -206,38 +206,20 @@ def test_addresses_are_of_this_machine_alone_and_not_guessed():
         assert free_place().host not in {"127.0.0.1", *hosts}
 
 
-# --- A server in this process --------------------------------------------------------
-
-
-@contextmanager
-def served(session):
-    server = Server("attacked", session, listening(port=0))
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        until(lambda: server.serves, "it serves")
-        yield server
-    finally:
-        server.close()
-        thread.join(PATIENCE)
+# --- By the console's own port -------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def session():
-    with LiveSession(load_scenario("kwon_arbitrary")[1]) as session:
-        yield session
-
-
-@pytest.fixture(scope="module")
-def server(session):
-    with served(session) as server:
-        yield server
+def own():
+    """Host and port of a console."""
+    with mobman_drive("kwon_arbitrary", "--port", "0") as (_, address):
+        until(lambda: answers(address), "it serves")
+        yield address.removeprefix("http://").rstrip("/")
 
 
 @contextmanager
-def wired(server, path, origin=None, **options):
-    """Gives a socket to a server, as one of its pages opens it."""
-    own = f"127.0.0.1:{server.port}"
+def wired(own, path, origin=None, **options):
+    """Gives a socket to a console, as one of its pages opens it."""
     options = {"open_timeout": 5, "close_timeout": 1} | options
     with connect(f"ws://{own}{path}", origin=origin or f"http://{own}", **options) as x:
         yield x
@@ -279,6 +261,11 @@ class Operator:
         said = {"ask": what, "sent": time.monotonic(), "ahead": 0.0}
         self.socket.send(json.dumps(said | more))
 
+    @property
+    def motion(self):
+        """Returns the base's speeds, and those of base and arm along the reach."""
+        return [self.state[name] for name in ("v_b", "omega_b", "base", "arm")]
+
     def gets(self, arming):
         """Lets everything go, and presses the dead-man, until it is armed so far."""
         end = time.monotonic() + PATIENCE
@@ -292,21 +279,22 @@ class Operator:
         self.gets(Arming.ARMED)
 
 
-def test_page_of_another_site_does_not_see_the_picture(server):
-    for origin in (EVIL, "null", f"http://127.0.0.1:{server.port + 1}"):
+def test_page_of_another_site_does_not_see_the_picture(own):
+    for origin in (EVIL, "null", "http://127.0.0.1:9"):
         with (
             pytest.raises(InvalidStatus) as refused,
-            wired(server, "/view/", origin=origin),
+            wired(own, "/view/", origin=origin),
         ):
             pass
         assert refused.value.response.status_code == 403
 
 
-def test_nothing_that_is_said_to_the_picture_drives_the_robot(server, session):
-    until(lambda: session.snapshot().time > 0.2, "it runs")
-    session.hand_over()
+def test_nothing_that_is_said_to_the_picture_drives_the_robot(own):
     # Opened first, and so who would drive.
-    with wired(server, "/view/") as socket:
+    with wired(own, "/view/") as socket, wired(own, "/drive") as drive:
+        watcher = Operator(drive)
+        until(lambda: "l" in watcher.hears(), "it runs")
+        reach = watcher.state["l"]
         for i in range(1, 60):
             said = {"sequence": i, "v_c": 1.0, "omega_c": 1.0, "v_z": 0.0}
             times = {"sent": time.monotonic(), "ahead": 0.0}
@@ -314,22 +302,20 @@ def test_nothing_that_is_said_to_the_picture_drives_the_robot(server, session):
             for name in (HOLD, RESET, STOP):
                 socket.send(packed({"type": "button", "name": name}))
             socket.send(packed({"type": "slider", "name": "x", "value": 1.0}))
-            assert session.snapshot().status in {
-                GateStatus.NOT_ARMED,
-                GateStatus.GONE,
-            }
-            assert rests(session)
+            watcher.hears()
+            assert watcher.state["arming"] != Arming.ARMED
+            assert (watcher.motion, watcher.state["l"]) == ([0, 0, 0, 0], reach)
             time.sleep(0.01)
-        assert not server.desk.pages
 
 
-def test_viewer_who_does_not_listen_holds_up_nobody(server):
-    with wired(server, "/view/", max_queue=1), wired(server, "/drive") as drive:
+def test_viewer_who_does_not_listen_holds_up_nobody(own):
+    with wired(own, "/view/", max_queue=1), wired(own, "/drive") as drive:
         operator = Operator(drive)
         operator.arms()
-        with wired(server, "/view/", max_queue=None) as viewer:
+        with wired(own, "/view/", max_queue=None) as viewer:
             for i in range(60):
                 operator.says(0.5 * (-1) ** (i // 15), dead_man=True)
+                operator.hears()
                 time.sleep(0.02)
             seen = []
             with suppress(TimeoutError):
@@ -380,61 +366,48 @@ def test_page_says_why_there_is_no_picture_and_shows_it_again_by_itself():
 # --- While armed ---------------------------------------------------------------------
 
 
-def test_hundreds_of_choices_while_armed_make_no_jump(server, session):
-    velocities = []
-    with wired(server, "/drive") as socket:
+def test_hundreds_of_choices_while_armed_make_no_jump(own):
+    with wired(own, "/drive") as socket:
         operator = Operator(socket)
         operator.arms()
-        choices = session.choices
-        ended = threading.Event()
-
-        def listen():
-            shown = None
-            while not ended.wait(0.005):
-                snapshot = session.snapshot()
-                if snapshot is not shown and snapshot.status == GateStatus.OK:
-                    now = snapshot.time, *snapshot.signals["base_sent"]
-                    velocities.append(now)
-                shown = snapshot
-
-        listener = threading.Thread(target=listen)
-        listener.start()
-        try:
-            began = time.monotonic()
-            for i in range(200):
-                # Slower than the fastest that the session hears.
-                share = 0.6 * min(1.0, (time.monotonic() - began) / 1.0)
-                operator.says(share, 0.5 * share, dead_man=True)
-                operator.asks("choose", choice=choices[i % len(choices)])
-                time.sleep(0.02)
-        finally:
-            ended.set()
-            listener.join()
-        assert session.snapshot().status == GateStatus.OK  # It drives on.
-    t, v_b, omega_b = np.array(velocities).T
-    assert np.ptp(v_b) > 0.1
+        choices = ["blending", "switching", "exact", "field, projected"]
+        states = []
+        began = time.monotonic()
+        for i in range(200):
+            # Slower than the fastest that the session hears.
+            share = 0.6 * min(1.0, time.monotonic() - began)
+            operator.says(share, 0.5 * share, dead_man=True)
+            operator.asks("choose", choice=choices[i % len(choices)])
+            time.sleep(0.02)
+            if operator.hears() not in states[-1:]:
+                states.append(operator.state)
+        assert len({state["choice"] for state in states}) > 2
+        assert {state["arming"] for state in states} == {Arming.ARMED}  # It drives on.
     # A change takes half a second, and nowhere goes faster than 3 times its way a
     # second; the ways are below 1 m/s and 1 rad/s. Told at once, each would jump.
-    gaps = np.diff(t)
-    assert (np.abs(np.diff(v_b)) <= 4.0 * gaps).all()
-    assert (np.abs(np.diff(omega_b)) <= 4.0 * gaps).all()
+    gaps = np.diff([state["time"] for state in states])
+    for name in ("v_b", "omega_b"):
+        values = np.array([state[name] for state in states])
+        assert (np.abs(np.diff(values)) <= 4.0 * gaps).all()
+    assert values.max() > 0.1
 
 
-def test_dozens_of_resets_leave_the_robot_at_rest_at_its_start(server, session):
-    with wired(server, "/drive") as socket:
+def test_dozens_of_resets_leave_the_robot_at_rest_at_its_start(own):
+    with wired(own, "/drive") as socket:
         operator = Operator(socket)
         operator.arms()
         for _ in range(24):
             operator.says(1.0, dead_man=True)
             operator.asks("reset")
             time.sleep(0.02)
-        until(lambda: session.snapshot().time > 0.3, "it runs on")
+        until(lambda: 0.3 < operator.hears()["time"] < 3.0, "it started over")
         for _ in range(20):
             operator.says(1.0, dead_man=True)
-            assert rests(session)
+            operator.hears()
+            assert operator.state["arming"] != Arming.ARMED
+            assert operator.motion == [0, 0, 0, 0]
+            assert (operator.state["l"], operator.state["psi"]) == (1.0, 0.0)
             time.sleep(0.02)
-        assert session.snapshot().arming != Arming.ARMED
-        assert signal_of(session, "base_pose") == pytest.approx([0, 0, 0], abs=1e-12)
         operator.arms()  # And can be driven as before.
 
 
@@ -603,9 +576,3 @@ def test_panel_is_refused_where_it_cannot_be_served():
         free_place(80)
     with listening(port=0) as taken, pytest.raises(OSError, match="in use"):
         free_place(taken.getsockname()[1])
-
-
-def test_operator_input_that_comes_late_from_a_panel_is_dropped(session):
-    """What a process says that was stopped for a while is not taken as said now."""
-    said = OperatorInput(10**6, 0.1, 0.0, 0.0, True)
-    assert not session.tell(said, lateness=1.0)

@@ -5,18 +5,23 @@ about the picture's middle.
 """
 
 import dataclasses as dc
+import json
 import re
 import shutil
+import signal
 import struct
+import subprocess
+import sys
 import threading
 import time
+from contextlib import contextmanager, suppress
 
 import numpy as np
 import pytest
+from websockets.sync.client import connect
 
 from drake_mobman.console.inbox import OperatorInput
 from drake_mobman.console.plain import Panel
-from drake_mobman.console.server import Server, listening
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.view import Frame, Picture, picture_page
 from drake_mobman.meshcat import sealed_meshcat
@@ -38,12 +43,15 @@ DIGITS = 1e-5
 """By how much a picture may be off [m]: browsers are told six digits."""
 
 
+FAST = ["guard.max_v_c=4.0", "smoother.enabled=false", "gate.fresh=5.0"]
+"""Of a scenario that goes far in a few seconds, on a busy machine too."""
+
+
 class Drive:
     """A session that is driven ahead, fast, from a thread of its own."""
 
     def __init__(self):
-        fast = ["guard.max_v_c=4.0", "smoother.enabled=false", "gate.fresh=5.0"]
-        self.session = LiveSession(load_scenario("kwon_arbitrary", fast)[1])
+        self.session = LiveSession(load_scenario("kwon_arbitrary", FAST)[1])
         self.goes = threading.Event()
         self.ended = threading.Event()
         self.thread = threading.Thread(target=self.run)
@@ -58,7 +66,7 @@ class Drive:
         self.session.close()
 
     def run(self):
-        sequence = 10**6  # A page that is open says less, and is not heard.
+        sequence = 0
         while not self.ended.wait(0.02):
             sequence += 1
             arming = self.session.snapshot().arming
@@ -196,8 +204,6 @@ def test_page_of_the_picture_is_whole_by_itself():
 
 # --- In the browser ------------------------------------------------------------------
 
-needs_chromium = pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
-
 FLAGS = [
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update"),
@@ -209,6 +215,7 @@ PLACES = """() => {
     // Meshcat's scene has W's axes, and is turned as a whole.
     const { scene, scene_tree } = viewer;
     scene.updateMatrixWorld(true);
+    if (!scene_tree.children.world?.children.base) return null;
     const place = (...path) => {
         const { object } = scene_tree.find(path);
         const at = object.localToWorld(new MeshCat.THREE.Vector3());
@@ -224,54 +231,88 @@ PLACES = """() => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def driven():
-    """A drive, and the picture in a page of Chromium that shows it."""
+@contextmanager
+def mobman_drive(folder):
+    """Runs `mobman drive`, recording to a folder; gives the page's host and port."""
+    options = [x for one in FAST for x in ("--set", one)]
+    command = [sys.executable, "-u", "-P", "-m", "drake_mobman.cli", "drive"]
+    process = subprocess.Popen(
+        [*command, "kwon_arbitrary", *options, "--port", "0", "--record", str(folder)],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = process.stdout.readline()
+        yield re.search(r"http://(\S+)/;", line)[1]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=PATIENCE) == 0
+    finally:
+        process.kill()
+        process.communicate()
+
+
+class Wire:
+    """Drives ahead by a socket, as the console's page does."""
+
+    def __init__(self, socket):
+        self.socket = socket
+        self.sequence = 0
+        self.state = json.loads(socket.recv(timeout=PATIENCE))
+
+    def drives(self, v_c=1.0):
+        with suppress(TimeoutError):
+            while True:
+                self.state = json.loads(self.socket.recv(timeout=0.001))
+        self.sequence += 1
+        armed = self.state["arming"] == Arming.ARMED
+        said = {
+            "sequence": self.sequence,
+            "v_c": v_c if armed else 0.0,
+            "omega_c": 0.0,
+            "v_z": 0.0,
+            "dead_man": self.state["arming"] != Arming.LATCHED,
+            # Its clock is ours.
+            "sent": time.monotonic(),
+            "ahead": 0.0,
+        }
+        self.socket.send(json.dumps(said))
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+def test_floor_in_the_browser_stands_still_for_twenty_meters(tmp_path):
     playwright_api = pytest.importorskip("playwright.sync_api")
-    with Drive() as drive:
-        server = Server("kwon_arbitrary", drive.session, listening(port=0))
-        thread = threading.Thread(target=server.run)
-        thread.start()
-        try:
-            until(lambda: server.serves, "it serves")
-            with playwright_api.sync_playwright() as playwright:
-                browser = playwright.chromium.launch(
-                    executable_path=CHROMIUM, args=FLAGS
-                )
-                page = browser.new_page(viewport={"width": 500, "height": 500})
-                page.goto(server.address)
-                page.wait_for_selector("html[data-ready][data-role]")
-                frame = page.frame(url=re.compile("/view/"))
-                frame.wait_for_function("!!window.viewer?.connection?.send")
-                yield drive, frame
-                browser.close()
-        finally:
-            server.close()
-            thread.join()
-
-
-@needs_chromium
-def test_floor_in_the_browser_stands_still_for_twenty_meters(driven):
-    drive, frame = driven
     ways = []
-    drive.goes.set()
-    end = time.monotonic() + PATIENCE
-    while drive.way < FAR:
-        assert time.monotonic() < end, "it gets there"
-        frame.wait_for_timeout(100)
+    with (
+        mobman_drive(tmp_path / "session") as own,
+        connect(f"ws://{own}/drive", origin=f"http://{own}") as socket,
+        playwright_api.sync_playwright() as playwright,
+    ):
+        wire = Wire(socket)  # First, and so who drives; the page watches.
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": 500, "height": 500})
+        page.goto(f"http://{own}/")
+        page.wait_for_selector("html[data-ready][data-role]")
+        frame = page.frame(url=re.compile("/view/"))
+        frame.wait_for_function("!!window.viewer?.connection?.send")
+        until(lambda: frame.evaluate(PLACES), "it shows the robot")
+        end = time.monotonic() + PATIENCE
+        while not ways or max(ways) < FAR:
+            assert time.monotonic() < end, "it gets there"
+            wire.drives()
+            seen = frame.evaluate(PLACES)
+            stands_still_in_the_world(seen["floor"], seen["world"])
+            assert seen["base"] == pytest.approx([0, 0], abs=DIGITS)
+            ways.append(np.linalg.norm(seen["world"]))
+            frame.wait_for_timeout(20)
+        wire.drives(0.0)
+        frame.wait_for_timeout(1000)
         seen = frame.evaluate(PLACES)
-        stands_still_in_the_world(seen["floor"], seen["world"])
-        assert seen["base"] == pytest.approx([0, 0], abs=DIGITS)
-        ways.append(np.linalg.norm(seen["world"]))
+        browser.close()
     assert len({round(way / CELL) for way in ways}) > 10
-    until(lambda: arrived(drive, frame), "it is shown where it is")
-    seen = frame.evaluate(PLACES)
-    assert np.linalg.norm(seen["world"]) > FAR - 0.1
+    # Where it really went.
+    path = np.load(tmp_path / "session" / "log.npz")["base_pose"][:, :2]
+    assert seen["world"] == pytest.approx(-path[-1], abs=1e-3)
+    assert np.linalg.norm(path[-1]) > FAR
     assert seen["points"] > 20
     assert seen["drake"] == []
     assert "floor" in seen["paths"]
-
-
-def arrived(drive, frame):
-    time.sleep(0.2)
-    return np.allclose(frame.evaluate(PLACES)["world"], -drive.base, atol=1e-3)
