@@ -6,6 +6,7 @@ tell who presses, or whether the page has the focus: all who have it open drive 
 """
 
 import math
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -110,6 +111,7 @@ class Panel:
         self._held = False
         self._sequence = 0
         self._said = ""
+        self._closing = threading.Event()
         self._choices = {f"by {name}": name for name in session.choices}
         for name, (less, more) in SLIDERS.items():
             self._meshcat.AddSlider(name, -1.0, 1.0, 0.1, 0.0, less, more)
@@ -125,10 +127,13 @@ class Panel:
         return f"{self._meshcat.web_url()}/?tracked_camera=on"
 
     def run(self) -> None:
-        """Goes on until it is interrupted."""
-        while True:
+        """Goes on until `close`."""
+        while not self._closing.wait(PERIOD):
             self.step()
-            time.sleep(PERIOD)
+
+    def close(self) -> None:
+        """Has `run` return."""
+        self._closing.set()
 
     def step(self) -> None:
         """Passes on what is pushed and pressed, and draws the robot."""

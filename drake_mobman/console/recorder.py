@@ -2,9 +2,7 @@
 
 import dataclasses as dc
 import json
-import os
 import shutil
-import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -34,9 +32,6 @@ FILES = (*RUN, PART)
 
 LONGEST = 86400.0
 """What a recorded scenario says of its duration while nobody knows it [s]."""
-
-_NICE = 19
-"""By how much the finisher gives way to the session."""
 
 
 def check_recordable(folder: Path) -> None:
@@ -152,10 +147,3 @@ def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
     if not died:
         write_figures(run, folder)
     return numbers
-
-
-if __name__ == "__main__":
-    # Another process does it while the session goes on.
-    os.nice(_NICE)
-    given, seconds, reason = sys.argv[1:]
-    finish(Path(given), float(seconds), reason)
