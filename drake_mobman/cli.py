@@ -4,7 +4,6 @@ Nothing of Drake is imported until a command needs it: `mobman --help` is quick.
 """
 
 import os
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
@@ -15,6 +14,8 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+
+from drake_mobman.terminal import visible
 
 app = typer.Typer(
     help="Steer the hand of a mobile manipulator, and the wheels follow.",
@@ -44,7 +45,19 @@ def complain(message: object) -> None:
     """Prints one line to the standard error."""
     line = f"mobman: {' '.join(str(message).split())}"
     with suppress(OSError):  # Of a terminal that has gone.
-        errors.print(line, markup=False, highlight=False)
+        errors.print(visible(line), markup=False, highlight=False)
+
+
+def say(line: str) -> None:
+    """Prints one line to the standard output, as it is."""
+    console.print(visible(line), soft_wrap=True, highlight=False, markup=False)
+
+
+def give_up_output() -> None:
+    """Has what could not be written go nowhere, or Python tries it again at the end."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 def refuse(message: object) -> NoReturn:
@@ -61,8 +74,7 @@ def list_() -> None:
     paths = scenario_paths()
     width = max(map(len, paths))
     for name in paths:
-        line = f"{name:{width}}  {load_scenario(name)[1].description}"
-        console.print(line, soft_wrap=True, highlight=False, markup=False)
+        say(f"{name:{width}}  {load_scenario(name)[1].description}")
 
 
 @app.command()
@@ -111,7 +123,7 @@ def run(
         with unless_gone(stop):
             if results:
                 print_metrics(results)
-                say(f"written to {printable(out)}")
+                say(f"written to {out}")
         raise typer.Exit(stop.status or status)
 
 
@@ -255,7 +267,7 @@ def compare_one(
         return INTERRUPTED
     with unless_gone(stop):
         print_metrics(comparison.metrics, title=name)
-        say(f"written to {printable(folder)}")
+        say(f"written to {folder}")
     if any(run.interrupted for run in comparison.runs.values()):
         return INTERRUPTED
     died = any(run.died for run in comparison.runs.values())
@@ -348,77 +360,71 @@ def drive(
         bool, typer.Option("--plain", help="Drive from Meshcat's own panel.")
     ] = False,
 ) -> None:
-    """Simulates in real time, to be driven from a page in the browser."""
+    """Simulates in real time, to be driven from a page in the browser.
+
+    SCENARIO may be a run folder too: then what has been run is driven.
+    """
+    from drake_mobman.runs.stop import Stop
+
+    # A signal only says that one wants to end; so nothing is cut off, at any moment.
+    with Stop() as stop:
+        from drake_mobman.console.driving import scenario_file
+        from drake_mobman.runs.scenario import ScenarioError, load_scenario
+
+        try:
+            name, loaded = load_scenario(scenario_file(scenario), set_)
+        except ScenarioError as error:
+            refuse(error)
+        desk = (
+            desk_in_meshcat(host, port) if plain else desk_on_a_page(name, host, port)
+        )
+        raise typer.Exit(drive_one(name, loaded, record, desk, stop))
+
+
+def drive_one(
+    name: str, scenario: Any, record: Path | None, desk: Callable[[Any], Any], stop: Any
+) -> int:
+    """Has a scenario driven from a desk until one wants to end; returns a status."""
+    from drake_mobman.console.driving import open_page, serve
     from drake_mobman.console.session import LiveSession
     from drake_mobman.parameters import ParameterError
     from drake_mobman.runs.output_folder import FolderError
-    from drake_mobman.runs.scenario import ScenarioError, load_scenario
 
+    if stop():
+        return interrupted(stop)
     try:
-        name, loaded = load_scenario(scenario, set_)
-    except ScenarioError as error:
-        refuse(error)
-    desk = desk_in_meshcat(host, port) if plain else desk_on_a_page(name, host, port)
-    session = None
-    try:
-        with ended_by_signals(), LiveSession(loaded, record) as session:
-            served = desk(session)
-            line = f"drive {name} at {served.address}; Ctrl-C ends it"
-            console.print(line, soft_wrap=True, highlight=False, markup=False)
-            open_page(served.address)
-            served.run()
+        session = LiveSession(scenario, record)
     except ParameterError as error:
-        refuse(f"{scenario}: {error}")
+        refuse(f"{name}: {error}")
     except FolderError as error:
         refuse(error)
-    except KeyboardInterrupt:
-        pass  # It is how one ends it.
-    if session is None:
-        return
-    last = session.snapshot()
-    if last.died:
-        complain(f"{name}: {last.died}")
-    if last.problem:
-        complain(last.problem)
-    if last.died or last.problem:
-        raise typer.Exit(DIED)
-
-
-@contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Has SIGTERM, and SIGHUP of a closed terminal, end its body as Ctrl-C does.
-
-    The first one alone: none cuts short what is to be completed.
-    """
-
-    def end(*_: object) -> NoReturn:
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    def hang_up(*_: object) -> None:
-        # Uvicorn knows how to end by that, and nothing of SIGHUP.
-        signal.raise_signal(signal.SIGTERM)
-
-    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, end)}
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # By nohup.
-        before[signal.SIGHUP] = signal.signal(signal.SIGHUP, hang_up)
     try:
-        yield
+        served = desk(session)
+        if stop():
+            return interrupted(stop)
+        try:
+            say(f"drive {name} at {served.address}; Ctrl-C ends it")
+        except OSError as error:
+            complain(f"the address cannot be printed: {error.strerror}")
+            give_up_output()
+            return DIED
+        open_page(served.address)
+        serve(served, stop)
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        # Who asks a second time does not wait for his recordings.
+        if not session.close(lambda: len(stop.received) > 1):
+            complain("recordings are completed without you; that takes some seconds")
+    last = session.snapshot()
+    for problem in filter(None, [last.died and f"{name}: {last.died}", last.problem]):
+        complain(problem)
+    return DIED if last.died or last.problem else 0
 
 
-def open_page(address: str) -> None:
-    """Opens a page in the browser, if a person sits at a screen here."""
-    import webbrowser
-
-    # Without a screen, a browser in text may come up in the terminal.
-    screens = ("DISPLAY", "WAYLAND_DISPLAY")
-    seen = sys.platform in {"darwin", "win32"} or any(map(os.environ.get, screens))
-    if sys.stdout.isatty() and seen:
-        webbrowser.open(address)
+def interrupted(stop: Any) -> int:
+    """Says that nothing has been done; returns the exit status."""
+    complain("interrupted")
+    status: int = stop.status
+    return status
 
 
 def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], Any]:
@@ -431,11 +437,16 @@ def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], An
             "--plain goes without"
         )
     from drake_mobman.console.server import Server, listening
+    from drake_mobman.terminal import log_in_lines
 
+    log_in_lines()
+    wanted = 8080 if port is None else port
     try:
-        place = listening(host, 8080 if port is None else port)
+        place = listening(host, wanted)
     except OSError as error:
-        refuse(f"cannot serve at {host}, port {port or 8080}: {error.strerror}")
+        refuse(f"cannot serve at {host}, port {wanted}: {error.strerror}")
+    except UnicodeError:
+        refuse(f"cannot serve at {host}: no name of a host is like that")
     return lambda session: Server(name, session, place)
 
 
@@ -519,7 +530,7 @@ def field(
         except KeyboardInterrupt:
             complain("interrupted")
             raise typer.Exit(stop.status) from None
-        say(f"written to {printable(out)}")
+        say(f"written to {out}")
 
 
 @contextmanager
@@ -551,11 +562,6 @@ def progress_bar(name: str, total: float, unit: str = " s") -> Iterator[Any]:
             bar.stop()
 
 
-def say(line: str) -> None:
-    """Prints one line to the standard output, as it is."""
-    console.print(line, soft_wrap=True, highlight=False, markup=False)
-
-
 @contextmanager
 def unless_gone(stop: Any) -> Iterator[None]:
     """Has its body print, unless the user has gone, and his terminal with him."""
@@ -564,15 +570,7 @@ def unless_gone(stop: Any) -> Iterator[None]:
     except OSError:
         if not stop():
             raise
-        # Or Python tries again at its end, and complains.
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
-
-
-def printable(text: object) -> str:
-    """Returns text as any console prints it: names may hold what is no UTF-8."""
-    return str(text).encode("utf-8", "backslashreplace").decode()
+        give_up_output()
 
 
 def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
@@ -590,8 +588,8 @@ def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
             tables.append([])
         tables[-1].append(name)
     for names in tables:
-        heading = map(printable, names)
-        table = Table("metric", *heading, title=title and printable(title))
+        heading = map(visible, names)
+        table = Table("metric", *heading, title=title and visible(title))
         for key, row in table_of({name: results[name] for name in names}).items():
             table.add_row(key, *map(shown, row.values()))
         console.print(table)

@@ -7,6 +7,7 @@ from pathlib import Path
 from drake_mobman.console.lateness import Lateness
 from drake_mobman.console.messages import Ask, Rate, parsed
 from drake_mobman.console.session import LiveSession
+from drake_mobman.terminal import visible
 
 SILENT = 2.0
 """After what silence another page may take the stick without being given it [s]."""
@@ -131,7 +132,7 @@ class Desk:
                 case "choose":
                     self._session.choose(ask.choice)
         except (OSError, ValueError) as error:
-            page.notice = " ".join(str(error).split())
+            page.notice = visible(" ".join(str(error).split()))
 
     def _seat(self, page: Page | None) -> None:
         """Makes a page the operator, or none; the robot stops."""

@@ -8,14 +8,17 @@ import asyncio
 import contextlib
 import hmac
 import ipaddress
+import logging
 import re
 from collections.abc import Iterator
 from typing import NamedTuple
 from urllib.parse import parse_qs, urlsplit
 
+from starlette.datastructures import MutableHeaders
 from starlette.requests import HTTPConnection
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
 
 from drake_mobman.console.allowance import Allowance
 
@@ -31,7 +34,6 @@ HEADERS = {
     # Nor is any of it read there, by whatever way, or told where it was opened from.
     "cross-origin-resource-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
-    "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
 }
 """What all answers say."""
@@ -116,7 +118,7 @@ class Door:
         if answer:
             await _refuse(answer, scope, receive, send)
         else:
-            with self._counted(scope):
+            with self._counted(scope), _told():
                 await self.app(scope, receive, send)
 
     def is_token(self, shown: str) -> bool:
@@ -261,6 +263,17 @@ async def _refuse(
     await answer(scope, receive, send)
 
 
+@contextlib.contextmanager
+def _told() -> Iterator[None]:
+    """Tells of what goes wrong inside, but for those who leave before it is said."""
+    try:
+        yield
+    except Exception as error:
+        if not isinstance(error, OSError | WebSocketDisconnect):
+            logging.getLogger(__name__).error("a request failed", exc_info=error)
+        raise
+
+
 async def _gone(receive: Receive) -> None:
     """Waits until whoever asks has gone."""
     while not (await receive())["type"].endswith(".disconnect"):
@@ -274,11 +287,13 @@ def _equal(given: str, secret: str) -> bool:
 
 def _with_headers(send: Send) -> Send:
     """Returns `send` that adds what all answers say."""
-    added = [(name.encode(), value.encode()) for name, value in HEADERS.items()]
 
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", []), *added]
+            headers = MutableHeaders(scope=message)
+            headers.update(HEADERS)
+            if "content-type" in headers:
+                headers["x-content-type-options"] = "nosniff"
         await send(message)
 
     return sending

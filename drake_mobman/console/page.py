@@ -9,11 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
 
 from drake_mobman.console.plots import SPAN, plots
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.view import DRAGS
 from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.terminal import visible
 
 _HEAD = '<link rel="stylesheet" href="/static/console.css">'
 _BODY = '<script type="module" src="/static/console.js"></script>'
@@ -49,8 +51,15 @@ def _element(class_: str, tag: str = "div", **attributes: str) -> ui.element:
 
 
 def _text(class_: str, text: str = "", tag: str = "div", **attributes: str) -> None:
+    """Adds text, which is no markup whatever is in it: names come from elsewhere."""
     with _block(class_, tag, **attributes):
-        ui.html(text, sanitize=False, tag="span")
+        TextElement(tag="span", text=visible(text))
+
+
+def _markup(class_: str, html: str) -> None:
+    """Adds a text of ours that has tags in it."""
+    with _block(class_):
+        ui.html(html, sanitize=False, tag="span")
 
 
 def _button(text: str, ask: str, title: str, **attributes: str) -> None:
@@ -96,7 +105,7 @@ def _controls(session: LiveSession) -> None:
             for choice in session.choices:
                 _button(choice, "choose", title, data_choice=choice)
         drags = session.draggable and DRAGS
-        _text("help", _HELP + (_DRAG_HELP if drags else ""))
+        _markup("help", _HELP + (_DRAG_HELP if drags else ""))
 
 
 _HELP = (

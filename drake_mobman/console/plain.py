@@ -6,6 +6,7 @@ tell who presses, or whether the page has the focus: all who have it open drive 
 """
 
 import math
+import threading
 import time
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -136,6 +137,7 @@ class Panel:
         self._held = False
         self._sequence = 0
         self._said = ""
+        self._closing = threading.Event()
         self._choices = {f"by {name}": name for name in session.choices}
         for name, (less, more) in SLIDERS.items():
             self._meshcat.AddSlider(name, -1.0, 1.0, 0.1, 0.0, less, more)

@@ -1,8 +1,6 @@
 """A session on disk as it goes on: killed at any time, it can be played back."""
 
 import dataclasses as dc
-import os
-import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -33,9 +31,6 @@ PART = "log.part"
 
 LONGEST = 86400.0
 """What a recorded scenario says of its duration while nobody knows it [s]."""
-
-_NICE = 19
-"""By how much the finisher gives way to the session."""
 
 
 def check_recordable(folder: Path) -> None:
@@ -142,10 +137,3 @@ def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
         for error in write_pictures({} if died else figures(run), place):
             raise error
     return numbers
-
-
-if __name__ == "__main__":
-    # Another process does it while the session goes on.
-    os.nice(_NICE)
-    given, seconds, reason = sys.argv[1:]
-    finish(Path(given), float(seconds), reason)

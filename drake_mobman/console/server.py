@@ -63,7 +63,7 @@ class Server:
     def __init__(self, name: str, session: LiveSession, place: socket.socket) -> None:
         self._place = place
         self._host, self.port, *_ = place.getsockname()
-        self.token = None if is_loopback(self._host) else secrets.token_urlsafe(16)
+        self.token = token_for(place)
         self.desk = Desk(session, lambda: _new_folder(name))
         self._picture = Picture(session.scenario, session.draggable if DRAGS else ())
         self._drawn = picture_page(self._picture)
@@ -224,6 +224,12 @@ def listening(host: str = "127.0.0.1", port: int = 8080) -> socket.socket:
         place.close()
         raise
     return place
+
+
+def token_for(place: socket.socket) -> str | None:
+    """Returns a new token, if others than this machine may come to a place."""
+    host = place.getsockname()[0]
+    return None if is_loopback(host) else secrets.token_urlsafe(16)
 
 
 def _outgoing(family: int) -> str:

@@ -7,10 +7,9 @@ import collections
 import dataclasses as dc
 import itertools
 import math
-import subprocess
-import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
@@ -19,6 +18,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_mobman import signals
 from drake_mobman.console.choices import choices, live
+from drake_mobman.console.finisher import Finisher
 from drake_mobman.console.inbox import Inbox, OperatorInput
 from drake_mobman.console.recorder import Recorder, check_recordable
 from drake_mobman.diagrams import make_diagram
@@ -26,6 +26,7 @@ from drake_mobman.robots.model import RobotModel
 from drake_mobman.runs.finite import check_finite, death
 from drake_mobman.runs.log import Log, drained_log
 from drake_mobman.runs.motion import hand_motion
+from drake_mobman.runs.output_folder import FolderError
 from drake_mobman.runs.scenario import AnyScenario, Guided
 from drake_mobman.runs.simulate import Run
 from drake_mobman.teleop.gate import Arming, GateStatus
@@ -58,9 +59,6 @@ _SHOW = 1 / 30
 _LAG = 0.1
 """How far the simulation may fall behind [s] and still catch up. What is more is left
 out: commands are never executed faster than they were given."""
-
-_FINISHER = "drake_mobman.console.recorder"
-"""Module that completes a folder: it is run, too."""
 
 
 @dc.dataclass(frozen=True)
@@ -118,9 +116,8 @@ class LiveSession:
         # Of recordings.
         self._recorder: Recorder | None = None
         self._taken: set[Path] = set()
-        self._finishing: list[tuple[Path, Any]] = []
+        self._finisher = Finisher()
         self._problem = ""  # Of the latest.
-        self._failed: list[str] = []  # Those not completed, with the reason.
         if record is not None:
             self.record(record)
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
@@ -179,8 +176,14 @@ class LiveSession:
         if folder is None:
             self._record_to = None
             return
-        folder = folder.resolve()
-        check_recordable(self._free(folder))
+        try:
+            folder = folder.resolve()
+            check_recordable(self._free(folder))
+        except FolderError:
+            raise
+        except (OSError, RuntimeError) as error:  # The latter of links in a circle.
+            why = getattr(error, "strerror", None) or error
+            raise FolderError(f"{folder}: cannot be written, {why}") from None
         self._record_to = folder  # Before the restart, which looks at it.
         self._restart.set()
 
@@ -188,14 +191,26 @@ class LiveSession:
         """Returns the session as it was at most a thirtieth of a second ago."""
         return self._snapshot
 
-    def close(self) -> None:
-        """Ends the session, and waits until all recordings are complete run folders."""
+    def close(self, hurried: Callable[[], bool] = lambda: False) -> bool:
+        """Ends the session, and waits until all recordings are complete run folders.
+
+        Args:
+            hurried: whether not to wait for that any more; it goes on all the same.
+
+        Returns:
+            Whether all are.
+        """
         self._closing.set()
         self._thread.join()
-        self._hear_finishers(wait=True)
+        while self._finisher.works and not hurried():
+            time.sleep(_SHOW)
+            self._finisher.hear()
+        done = not self._finisher.works
+        self._finisher.leave()
         self._snapshot = dc.replace(
             self._snapshot, recording=None, problem=self._problems()
         )
+        return done
 
     # The thread.
 
@@ -206,7 +221,7 @@ class LiveSession:
             died = self._drive()
             # One that died stands until it is started over.
             while died and not (self._closing.is_set() or self._restart.is_set()):
-                self._hear_finishers()
+                self._finisher.hear()
                 self._snapshot = dc.replace(self._snapshot, problem=self._problems())
                 time.sleep(_SHOW)
 
@@ -294,7 +309,7 @@ class LiveSession:
 
     def _drain(self, context: Any, pace: "_Pace") -> None:
         """Empties the log, to disk where it is recorded."""
-        self._hear_finishers()
+        self._finisher.hear()
         log = drained_log(self._diagram, context)
         if not len(log["time"]):
             return
@@ -323,37 +338,11 @@ class LiveSession:
             self._taken.discard(recorder.folder)
             return
         recorder.close()
-        # -P: what is installed, whatever folder one happens to be in.
-        command = [sys.executable, "-P", "-m", _FINISHER, str(recorder.folder)]
-        try:
-            process = subprocess.Popen(
-                [*command, str(pace.wall_time()), died],
-                stderr=subprocess.PIPE,
-                text=True,
-                start_new_session=True,  # Ctrl-C is for the session, not its records.
-            )
-        except OSError as error:
-            self._fail(recorder.folder, error)
-            return
-        self._finishing.append((recorder.folder, process))
-
-    def _hear_finishers(self, wait: bool = False) -> None:
-        """Notes which of the finishers have failed of late."""
-        for finishing in self._finishing.copy():
-            folder, process = finishing
-            if process.poll() is None and not wait:
-                continue
-            self._finishing.remove(finishing)
-            _, error = process.communicate()
-            if process.returncode:
-                self._fail(folder, error.strip().rpartition("\n")[2])
-
-    def _fail(self, folder: Path, why: object) -> None:
-        self._failed.append(f"{folder}: recorded, but not completed: {why}")
+        self._finisher.give(recorder.folder, pace.wall_time(), died)
 
     def _problems(self) -> str:
         """Returns what went wrong with the recordings, in one line."""
-        return "; ".join(filter(None, [self._problem, *self._failed]))
+        return "; ".join(filter(None, [self._problem, *self._finisher.failed]))
 
 
 def hand_error(scenario: AnyScenario, model: RobotModel, log: Log) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 from drake_mobman import signals
 from drake_mobman.console.session import Snapshot
 from drake_mobman.decomposers.rest import carried_rates
+from drake_mobman.terminal import visible
 
 
 def state(snapshot: Snapshot, p_BS: Any) -> dict[str, Any]:
@@ -57,6 +58,8 @@ def _motion(snapshot: Snapshot, p_BS: Any) -> dict[str, float]:
 
 
 def _shown(value: Any) -> Any:
+    if isinstance(value, str):
+        return visible(value)
     if not isinstance(value, float):
         return value
     return round(value, 5) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Floods: of messages, of sockets, of requests that never end. The operator drives on."""
+"""Floods of messages, of sockets, of requests without end: the operator drives on."""
 
 import contextlib
 import json
@@ -9,9 +9,10 @@ import threading
 import time
 
 import pytest
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import WebSocketException
 
 PING = bytes([0x89, 0x80, 0, 0, 0, 0])
+PONG = bytes([0x8A, 0x80, 0, 0, 0, 0])
 
 FRIENDLY = {"sent": 0.0, "ahead": None, "v_c": 0.0, "omega_c": 0.0, "v_z": 0.0}
 
@@ -40,30 +41,26 @@ WORDS = json.dumps(FRIENDLY | {"sequence": 1, "dead_man": False})
 STOP = json.dumps({"ask": "stop", "sent": 0.0, "ahead": None})
 
 
-@pytest.mark.parametrize(
-    "what", [PING, frame(WORDS), frame("x"), b"\x8a\x80" + bytes(4)]
-)
+FLOODS = {"pings": PING, "pongs": PONG, "words": frame(WORDS), "noise": frame("x")}
+
+
+@pytest.mark.parametrize("what", FLOODS)
 def test_flood_of_who_watches_is_cut_off_and_the_operator_drives_on(
     drive, operator, what
 ):
     with operator.drives_on():
-        ended = time.monotonic() + 3.0
+        ended = time.monotonic() + 1.5
         while time.monotonic() < ended:  # And comes again, and again.
             with drive.connect() as page:
-                assert flooded(page, what * 400, 10.0)
-    assert operator.state["ratio"] > 0.5
+                assert flooded(page, FLOODS[what] * 400, 10.0)
 
 
-@pytest.mark.parametrize("what", [PING, frame(WORDS)])
+@pytest.mark.parametrize("what", ["pings", "words"])
 def test_flood_of_the_operator_is_cut_off_and_the_robot_rests(drive, operator, what):
     operator.drives()
-    assert flooded(operator, what * 400, 10.0)
+    assert flooded(operator, FLOODS[what] * 400, 10.0)
     operator.until(lambda _: operator.closed, "it is closed")
-    with drive.connect() as page:
-        ended = time.monotonic() + 10.0
-        while (state := json.loads(page.recv(timeout=10)))["v_b"] or state["omega_b"]:
-            assert time.monotonic() < ended
-        assert state["ratio"] > 0.5
+    drive.rests()
 
 
 @contextlib.contextmanager
@@ -81,16 +78,15 @@ def opened(drive, count, said=b""):
 
 
 def open_still(sockets):
-    """Returns how many of them the other side has not closed."""
-    still = 0
+    """Returns those that the other side has not closed."""
+    still = []
     for one in sockets:
         one.setblocking(False)
         try:
-            while data := one.recv(65536):
+            while one.recv(65536):
                 pass
-            still += data != b""
         except BlockingIOError:
-            still += 1
+            still.append(one)
         except OSError:
             pass
     return still
@@ -110,10 +106,10 @@ def test_hundreds_of_sockets_that_read_are_bounded(drive, operator):
     with operator.drives_on(), contextlib.ExitStack() as stack:
         pages = []
         for _ in range(200):
-            with contextlib.suppress(ConnectionClosed, OSError, Exception):
+            with contextlib.suppress(WebSocketException, OSError):
                 pages.append(stack.enter_context(drive.connect()))
         assert len(pages) < 64
-        ended = time.monotonic() + 3.0
+        ended = time.monotonic() + 1.5
         while time.monotonic() < ended:
             for page in pages:
                 page.recv(timeout=10)
@@ -121,45 +117,44 @@ def test_hundreds_of_sockets_that_read_are_bounded(drive, operator):
     operator.until(lambda state: state["pages"] == 1, "they are forgotten")
 
 
-@pytest.mark.parametrize("path", ["/drive", "/view/"])
-def test_sockets_that_do_not_read_are_let_go(drive, operator, path):
+def test_sockets_that_do_not_read_are_let_go(drive, operator):
     before = drive.memory, drive.descriptors
-    with operator.drives_on(), opened(drive, 100, upgrade(drive, path)):
-        time.sleep(3.0)
+    with (
+        operator.drives_on(),
+        opened(drive, 50, upgrade(drive, "/drive")),
+        opened(drive, 50, upgrade(drive, "/view/")),
+        opened(drive, 50, f"GET / HTTP/1.1\r\nHost: {drive.own}\r\n\r\n".encode()),
+    ):
+        time.sleep(1.5)
         assert drive.descriptors < before[1] + 180
-    assert drive.memory < before[0] + 40.0
+    assert drive.memory < before[0] + 60.0
     operator.until(lambda state: state["pages"] == 1, "they are forgotten")
 
 
 def test_requests_that_do_not_end_are_given_up(drive, operator):
-    slow = f"GET / HTTP/1.1\r\nHost: {drive.own}\r\nX: ".encode()
-    with operator.drives_on(), opened(drive, 300, slow) as sockets:
-        ended = time.monotonic() + 5.0
-        while open_still(sockets) > 128:
-            assert time.monotonic() < ended
-            time.sleep(0.1)
-        # One who comes now is answered all the same.
-        assert drive.ask("/static/keys.js").status == 200
-        ended = time.monotonic() + 8.0
-        while open_still(sockets):
-            assert time.monotonic() < ended
+    whole = f"GET /static/keys.js HTTP/1.1\r\nHost: {drive.own}\r\n\r\n".encode()
+    slow = whole[:-2] + b"X: "
+    with (
+        operator.drives_on(),
+        opened(drive, 300, slow) as sockets,
+        drive.dial() as second,
+    ):
+        # One who comes now is answered all the same; as for his next request, he is
+        # waited for no longer than others.
+        second.sendall(whole)
+        assert second.recv(100).startswith(b"HTTP/1.1 200")
+        second.sendall(slow)
+        drive.until(
+            lambda: len(open_still(sockets)) <= 128, "they are as many as may be"
+        )
+        sockets.append(second)
+        began = time.monotonic()
+        while sockets := open_still(sockets):
+            assert time.monotonic() < began + 30.0
             for one in sockets:  # However they trickle in.
                 with contextlib.suppress(OSError):
                     one.sendall(b"x")
             time.sleep(0.5)
-
-
-def test_request_after_the_first_is_waited_for_no_longer(drive):
-    with drive.dial() as dialled:
-        whole = f"GET /static/keys.js HTTP/1.1\r\nHost: {drive.own}\r\n\r\n".encode()
-        dialled.sendall(whole)
-        assert dialled.recv(100).startswith(b"HTTP/1.1 200")
-        ended = time.monotonic() + 8.0
-        with contextlib.suppress(OSError):
-            while open_still([dialled]):
-                assert time.monotonic() < ended
-                dialled.sendall(whole[:1])
-                time.sleep(0.5)
 
 
 @pytest.mark.parametrize("part", ["path", "header", "headers", "cookie", "body"])
@@ -174,7 +169,7 @@ def test_two_megabytes_are_not_taken(drive, part):
         "cookie": b"GET / HTTP/1.1\r\n" + own + b"Cookie: a=" + big + b"\r\n",
         "body": b"GET / HTTP/1.1\r\n" + own + b"Content-Length: 2000000\r\n",
     }[part]
-    for _ in range(5):
+    for _ in range(3):
         answer = drive.says(request + b"\r\n" + (big if part == "body" else b""), 20.0)
         assert answer.status in {0, 200, 400, 429, 431}
         assert (answer.status == 200) <= (part == "body")
@@ -189,29 +184,32 @@ def test_all_file_descriptors_used_up_leave_enough_for_the_session(
     mobman_drive, operator_of, tmp_path
 ):
     with mobman_drive("kwon_arbitrary", preexec_fn=limited, cwd=tmp_path) as drive:
-        with operator_of(drive) as operator:
-            with opened(drive, 400, b"GET / HTTP/1.1\r\n"):
-                assert drive.descriptors < 200
-                operator.ask("record")  # It takes files.
-                operator.until(lambda state: state["recording"], "it records")
-                with operator.drives_on():
-                    time.sleep(1.0)
-                operator.ask("end_record")
-                operator.until(lambda state: not state["recording"], "it ends")
-        assert drive.end() == 0
+        with (
+            operator_of(drive) as operator,
+            opened(drive, 400, b"GET / HTTP/1.1\r\n"),
+            opened(drive, 20, upgrade(drive, "/drive")),
+        ):
+            assert drive.descriptors < 200
+            operator.ask("record")  # It takes files.
+            operator.until(lambda state: state["recording"], "it records")
+            operator.drives()
+            operator.until(lambda state: state["time"] > 0.5, "it goes on")
+            operator.ask("end_record")
+            operator.until(lambda state: not state["recording"], "it ends")
+            # Nor do they hold up its end.
+            assert drive.end() == 0
         assert drive.errors == b""
     (folder,) = (tmp_path / "runs").iterdir()
     assert (folder / "metrics.json").exists()
 
 
-def test_threads_and_tasks_of_those_who_left_are_gone(drive):
-    """What strangers leave behind is nothing: no file, no thread, no memory."""
+def test_who_left_leaves_nothing_behind(drive):
     drive.ask("/static/keys.js")
-    time.sleep(0.5)
+    drive.until(lambda: drive.descriptors < 60, "those before have left")
     before = drive.descriptors, len(os.listdir(f"/proc/{drive.pid}/task"))
 
     def come_and_go():
-        for _ in range(50):
+        for _ in range(30):
             drive.refuses("/drive", origin="http://evil.example")
             drive.ask("/", Sec_Fetch_Site="cross-site")
             with drive.connect():
@@ -222,8 +220,5 @@ def test_threads_and_tasks_of_those_who_left_are_gone(drive):
         thread.start()
     for thread in threads:
         thread.join()
-    ended = time.monotonic() + 10.0
-    while drive.descriptors > before[0] + 2:
-        assert time.monotonic() < ended
-        time.sleep(0.1)
+    drive.until(lambda: drive.descriptors <= before[0] + 2, "their sockets are closed")
     assert len(os.listdir(f"/proc/{drive.pid}/task")) <= before[1] + 2

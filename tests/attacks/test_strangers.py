@@ -128,15 +128,15 @@ def test_hundreds_of_requests_of_another_site_are_refused_at_once(
 
     with operator.drives_on():
         # As many at once as a browser has connections to a host.
-        ended = time.monotonic() + 5.0
+        ended = time.monotonic() + 3.0
         threads = [threading.Thread(target=attack, args=[ended]) for _ in range(6)]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-    assert len(answers) > 200
+    assert len(answers) > 112
     refused = [status for status, _ in answers if status in {403, 429}]
-    assert len(refused) > 0.85 * len(answers)
+    assert len(refused) > 0.8 * len(answers)
     assert drive.memory < before + 15.0
 
 
@@ -233,13 +233,13 @@ def test_wrong_tokens_get_slow_and_who_knows_it_is_not_kept_waiting(afar):
         while time.monotonic() < ended:
             with contextlib.suppress(OSError):
                 asked = f"/?token=guess{len(answers)}"
-                answers.append(afar.ask(asked, timeout=ended + 3.0 - time.monotonic()))
+                answers.append(afar.ask(asked, timeout=ended + 0.5 - time.monotonic()))
 
-    ended = time.monotonic() + 4.0
+    ended = time.monotonic() + 3.0
     threads = [threading.Thread(target=guess, args=[ended]) for _ in range(20)]
     for thread in threads:
         thread.start()
-    time.sleep(2.0)
+    time.sleep(1.5)
     began = time.monotonic()
     cookie = cookie_of(afar.ask(f"/?token={afar.token}"))
     assert afar.ask("/static/keys.js", Cookie=cookie).status == 200
@@ -249,7 +249,7 @@ def test_wrong_tokens_get_slow_and_who_knows_it_is_not_kept_waiting(afar):
     answered = [answer.status for answer in answers if answer.status]
     assert set(answered) <= {403}
     # Some at once, as a person errs; then one a second.
-    assert len(answered) < 20
+    assert len(answered) < 15
 
 
 def test_wrong_token_takes_as_long_whatever_of_it_is_right():

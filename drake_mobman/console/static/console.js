@@ -26,7 +26,7 @@ const link = new Link(
   (state) => {
     if (operates && state.role !== "you") neutral();
     operates = state.role === "you";
-    show(state);
+    show(state, gamepads.notice);
     charts.add(state);
   },
   (why) => {

@@ -9,6 +9,7 @@ export class Gamepads {
   constructor(lost, stop) {
     this.stop = stop;
     this.pressed = false;
+    this.notice = ""; // What is to be said of those that cannot be used.
     this.neutral();
     window.addEventListener("gamepaddisconnected", lost);
   }
@@ -22,9 +23,12 @@ export class Gamepads {
   // Looks at the gamepad, which sends no events; the first that is there counts. Of those
   // without the standard mapping, nobody knows which axis is which, or where it rests.
   poll() {
-    const pad = [...(navigator.getGamepads?.() ?? [])].find(
-      (one) => one?.connected && one.mapping === "standard",
-    );
+    const pads = [...(navigator.getGamepads?.() ?? [])].filter((one) => one?.connected);
+    const pad = pads.find((one) => one.mapping === "standard");
+    const odd = pads.find((one) => one.mapping !== "standard");
+    this.notice = odd
+      ? `${odd.id || "a gamepad"} is not used: this browser does not know its axes`
+      : "";
     if (!pad) return this.neutral();
     const pulled = TRIGGERS.some((i) => pad.buttons[i]?.value > 0.5);
     if (!pulled) this.waits = false;

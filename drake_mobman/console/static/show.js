@@ -14,7 +14,8 @@ function put(name, text) {
   if (element && element.textContent !== text) element.textContent = text;
 }
 
-export function show(state) {
+// `aside` is what the page itself has to say, where nothing is more urgent.
+export function show(state, aside) {
   const root = document.documentElement.dataset;
   root.role = state.role;
   root.arming = ARMING[state.arming];
@@ -26,7 +27,7 @@ export function show(state) {
   put("ratio", state.ratio === null ? "" : `× ${state.ratio.toFixed(2)}`);
   put("recording", state.recording ? `recording to ${state.recording}` : "");
   const asked = state.asked && state.role === "you" ? "another page asks for the stick" : "";
-  put("notice", state.problem || state.notice || asked);
+  put("notice", state.problem || state.notice || asked || aside);
   for (const choice of document.querySelectorAll(".choose")) {
     choice.ariaPressed = choice.dataset.choice === state.choice;
   }
