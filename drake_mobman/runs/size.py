@@ -8,7 +8,6 @@ from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.servo import Servo
 from drake_mobman.runs.scenario import AnyScenario
-from drake_mobman.teleop.scripted import Script
 
 _NUMBER = 8
 """Bytes of a number."""
@@ -21,9 +20,6 @@ _WIDE = 500
 
 _MOST_STEPS = 10_000
 """Of the plant in a control period."""
-
-_MOST_SEGMENTS = 100_000
-"""Of a script."""
 
 
 def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
@@ -38,7 +34,6 @@ def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
         ParameterError: where there is not, or where it would never end.
     """
     _check_steps(scenario)
-    _check_segments(scenario)
     samples = scenario.duration / scenario.period + 1
     room = _memory() // 2 if folder is None else _disk(folder)
     if samples * _NUMBER * _WIDE * _TWICE < room:
@@ -62,15 +57,6 @@ def _check_steps(scenario: AnyScenario) -> None:
                 f"{scenario.period:g} s; must make at most {_MOST_STEPS}"
             )
             raise ParameterError("fidelity.step", scenario.fidelity.step, valid)
-
-
-def _check_segments(scenario: AnyScenario) -> None:
-    source = scenario.source
-    if isinstance(source, Script):
-        segments = len(source.segments) * source.repeat
-        if segments > _MOST_SEGMENTS:
-            valid = f"makes {segments} segments; must make at most {_MOST_SEGMENTS}"
-            raise ParameterError("source.repeat", source.repeat, valid)
 
 
 def _numbers(scenario: AnyScenario) -> int:
