@@ -17,6 +17,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.turning import FirstJoint, first_joint, turning_share
 from drake_mobman.base.velocity_field import yaw_rate
 from drake_mobman.decomposers.blending import SHARES
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
@@ -64,7 +65,12 @@ class Exact:
 
 
 def exact_base(
-    command: Any, workspace: Any, params: Exact, limits: Workspace, ahead: float
+    command: Any,
+    workspace: Any,
+    params: Exact,
+    limits: Workspace,
+    ahead: float,
+    joint: FirstJoint | None = None,
 ) -> tuple[Scalar, Scalar]:
     """Returns v_b [m/s] and omega_b [rad/s] that the whole command asks of the base.
 
@@ -80,6 +86,8 @@ def exact_base(
         params: of the law.
         limits: of the workspace.
         ahead: of the shoulder from the base's centre, d [m].
+        joint: the arm's first, which turns back by as much as the base turns towards
+            the hand; None where it turns on and on.
     """
     v_c, omega_c, _ = command
     l, psi, _ = workspace
@@ -87,7 +95,10 @@ def exact_base(
     nu = share(omega_c, psi, limits.psi_min, limits.psi_max, params.beta)
     speed = abs(v_c) + l * abs(omega_c)
     turning = smaller(speed / params.turning_speed, 1.0)
-    omega_b = nu * omega_c + turning * yaw_rate(psi, params)
+    aligning = yaw_rate(psi, params)
+    if joint is not None:
+        turning *= turning_share(aligning, joint, params.phi_max - params.phi_min)
+    omega_b = nu * omega_c + turning * aligning
     left = v_c - omega_b * ahead * sin(psi)
     mu = share(left, l, limits.l_min, limits.l_max, params.alpha)
     c = cos(psi)
@@ -123,7 +134,8 @@ def exact_course(
         limiter: of base and joints.
     """
     ahead = limiter.arm.p_BS[0]
-    v_b, omega_b = exact_base(command, workspace, params, limits, ahead)
+    joint = first_joint(q, limiter.joints)
+    v_b, omega_b = exact_base(command, workspace, params, limits, ahead, joint)
     rest = exact_rest(command, workspace, (v_b, omega_b), ahead)
     factors = limiter.followed(q, rest, v_b, omega_b)
     share = least(factors, q)
