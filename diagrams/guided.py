@@ -74,7 +74,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     sensor = add("tool_sensor", ToolSensor(model))
     reach = scenario.robot.reach()
     fields = [
-        wanted(VelocityFieldController(one, reach))
+        wanted(VelocityFieldController(one, reach, model.limits))
         for one in (scenario.controllers if operator else [scenario.field])
     ]
     chosen = make_choice(fields, scenario.change, period) if fields[1:] else fields[0]

@@ -21,6 +21,7 @@ from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.diff_ik import DiffIk, DiffIkDecomposer
 from drake_mobman.decomposers.exact import Exact, ExactDecomposer
 from drake_mobman.decomposers.field import FieldDecomposer
+from drake_mobman.decomposers.limiter import Limiter
 from drake_mobman.decomposers.qp import Qp, QpDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.robots.model import RobotModel
@@ -50,7 +51,8 @@ def make_decomposer(scenario: Teleop, model: RobotModel) -> Any:
         case Switching():
             return SwitchingDecomposer(params, *shared)
         case VelocityField():
-            return FieldDecomposer(params, robot.reach(), arm)
+            limiter = Limiter(arm, limits, scenario.smoother, None, period)
+            return FieldDecomposer(params, robot.reach(), arm, limiter)
         case Qp():
             return QpDecomposer(params, arm, limits, period)
         case DiffIk():

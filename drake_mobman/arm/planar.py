@@ -49,10 +49,12 @@ class PlanarArm:
         return [self._by(two_link.undamped_rates, q, each) for each in workspace_rates]
 
     def _by(self, law: Any, q: Any, workspace_rates: Any) -> list[Scalar]:
-        l, psi, _ = self.workspace(q)
         v_l, v_psi, _ = workspace_rates
-        # Seen from axes that lie along the reach, where the tip is at angle 0.
-        return list(law(q[0] - psi, q[1], v_l, l * v_psi, self.upper, self.lower))
+        # Seen from axes that lie along the reach. The shoulder turns all, which no
+        # singularity disturbs: an arm that is stretched still gives way to its base.
+        from_reach = -two_link.direction(q[1], self.upper, self.lower)
+        shoulder, elbow = law(from_reach, q[1], v_l, 0.0, self.upper, self.lower)
+        return [v_psi + shoulder, elbow]
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""

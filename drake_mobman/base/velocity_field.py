@@ -14,6 +14,13 @@ from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
+from drake_mobman.arm.limits import JointLimits
+from drake_mobman.base.turning import (
+    FirstJoint,
+    first_joint,
+    turning_share,
+    unwound,
+)
 from drake_mobman.parameters import (
     GAIN,
     LENGTH,
@@ -40,6 +47,8 @@ class Zone(enum.IntFlag):
     """The hand is near the body: the base gives way."""
     ROTATION = 4
     """The hand is off to one side: the base turns towards it."""
+    HELD = 8
+    """The arm's first joint is near its end and cannot follow: the base turns less."""
 
 
 @dc.dataclass(frozen=True)
@@ -157,30 +166,63 @@ def yaw_rate(phi: Scalar, params: Turning) -> Scalar:
     return params.K_omega * where(phi < 0, -gamma, gamma)
 
 
+def field_heading(
+    p_BT: Any, params: Turning, joint: FirstJoint | None
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Returns the heading error phi [rad], and omega [rad/s] with the share that it is.
+
+    Past half a turn, phi is what the arm is wound up by; omega is as far as it follows.
+
+    Args:
+        p_BT: position of T in B (3,) [m].
+        params: how the base turns.
+        joint: the arm's first, which turns back; None where it turns on and on.
+    """
+    phi = atan2(p_BT[1], p_BT[0])
+    if joint is None:
+        return phi, yaw_rate(phi, params), 1.0
+    phi = unwound(phi, joint)
+    omega = yaw_rate(phi, params)
+    share = turning_share(omega, joint, params.phi_max - params.phi_min)
+    return phi, share * omega, share
+
+
 def field_velocity(
-    p_BT: Any, params: VelocityField, reach: Reach
+    p_BT: Any, params: VelocityField, reach: Reach, joint: FirstJoint | None = None
 ) -> tuple[Scalar, Scalar]:
     """Returns v [m/s] and omega [rad/s] that the field asks for at `p_BT` (3,) [m].
 
     Projected, v is multiplied by cos(phi), so that the base neither leaves a hand that
     is far nor closes in on one that is near, wherever it is (exact for a shoulder on
-    B's z axis).
+    B's z axis). As printed, it would circle round a hand that it turns away from to
+    unwind the arm, and so turns on the spot until that is done.
+
+    Args:
+        p_BT: position of T in B (3,) [m].
+        params: of the field.
+        reach: of the arm.
+        joint: the arm's first, where it cannot turn on and on.
     """
-    phi = atan2(p_BT[1], p_BT[0])
+    phi, omega, _ = field_heading(p_BT, params, joint)
     v = linear_velocity(*signed_distances(p_BT, reach, params.b_d), params)
     if params.law == "projected":
         v = v * cos(phi)
-    return v, yaw_rate(phi, params)
+    elif joint is not None:
+        v = where(abs(phi) > math.pi, 0.0, v)
+    return v, omega
 
 
-def field_zone(p_BT: Any, params: VelocityField, reach: Reach) -> Scalar:
-    """Returns the sum of the `Zone` flags that hold at `p_BT` (3,) [m]."""
+def field_zone(
+    p_BT: Any, params: VelocityField, reach: Reach, joint: FirstJoint | None = None
+) -> Scalar:
+    """Returns the sum of the `Zone` flags that hold; of what `field_velocity` takes."""
     d_f, d_r = signed_distances(p_BT, reach, params.b_d)
-    phi = atan2(p_BT[1], p_BT[0])
+    phi, _, share = field_heading(p_BT, params, joint)
     forward = where(d_f < params.Delta_f, float(Zone.FORWARD), 0.0)
     linear = where(d_r < params.Delta_r, float(Zone.RETREAT), forward)
     aside = where(abs(phi) > params.phi_min, float(Zone.ROTATION), 0.0)
-    return linear + aside
+    held = where(aside > 0, where(share < 1, float(Zone.HELD), 0.0), 0.0)
+    return linear + aside + held
 
 
 def field_on(points: Any, params: VelocityField, reach: Reach) -> tuple[Any, Any, Any]:
@@ -213,23 +255,33 @@ def VelocityFieldController_(T: Any) -> Any:
             name: VelocityFieldController
             input_ports:
             - p_BT
+            - arm_position (only where joint limits are given)
             output_ports:
             - base_command
             - field_zone
 
-        Built as `VelocityFieldController(params, reach)`: a `VelocityField` and the
-        arm's `Reach`. Raises `ParameterError` where a parameter is not valid, or the
-        two zones leave nothing between them.
+        Built as `VelocityFieldController(params, reach, limits=None)`: a
+        `VelocityField`, the arm's `Reach`, and its `JointLimits`, or None for an arm
+        that turns on and on about its shoulder. Raises `ParameterError` where a
+        parameter is not valid, or the two zones leave nothing between them.
         """
 
         def _construct(
-            self, params: VelocityField, reach: Reach, converter: Any = None
+            self,
+            params: VelocityField,
+            reach: Reach,
+            limits: JointLimits | None = None,
+            converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self.params = checked(params)
             self.reach = checked(reach)
+            self.limits = limits
             check_zones(params, reach)
             self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
+            if limits is not None:
+                n = len(limits.lower)
+                self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
             needs = {self.all_input_ports_ticket()}
             self.DeclareVectorOutputPort(
                 signals.BASE_COMMAND, 2, self._calc_base, prerequisites_of_calc=needs
@@ -239,17 +291,22 @@ def VelocityFieldController_(T: Any) -> Any:
             )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.params, other.reach, converter=converter)
-
-        def _calc_base(self, context: Any, output: Any) -> None:
-            p_BT = self.p_BT.Eval(context).tolist()
-            output.SetFromVector(
-                np.array(field_velocity(p_BT, self.params, self.reach))
+            Impl._construct(
+                self, other.params, other.reach, other.limits, converter=converter
             )
 
+        def _told(self, context: Any) -> tuple[Any, VelocityField, Reach, Any]:
+            joint = None
+            if self.limits is not None:
+                q = self.position.Eval(context).tolist()
+                joint = first_joint(q, self.limits)
+            return self.p_BT.Eval(context).tolist(), self.params, self.reach, joint
+
+        def _calc_base(self, context: Any, output: Any) -> None:
+            output.SetFromVector(np.array(field_velocity(*self._told(context))))
+
         def _calc_zone(self, context: Any, output: Any) -> None:
-            p_BT = self.p_BT.Eval(context).tolist()
-            output.SetFromVector(np.array([field_zone(p_BT, self.params, self.reach)]))
+            output.SetFromVector(np.array([field_zone(*self._told(context))]))
 
     return Impl
 

@@ -17,6 +17,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.turning import FirstJoint, first_joint, turning_share
 from drake_mobman.base.velocity_field import yaw_rate
 from drake_mobman.decomposers.blending import SHARES, SHARPNESS_L, SHARPNESS_PSI
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
@@ -69,7 +70,12 @@ class Exact:
 
 
 def exact_base(
-    command: Any, workspace: Any, params: Exact, limits: Workspace, p_BS: Any
+    command: Any,
+    workspace: Any,
+    params: Exact,
+    limits: Workspace,
+    p_BS: Any,
+    joint: FirstJoint | None = None,
 ) -> tuple[Scalar, Scalar]:
     """Returns v_b [m/s] and omega_b [rad/s] that the whole command asks of the base.
 
@@ -85,6 +91,8 @@ def exact_base(
         params: of the law.
         limits: of the workspace.
         p_BS: shoulder in B (3,) [m].
+        joint: the arm's first, which turns back by as much as the base turns towards
+            the hand; None where it turns on and on.
     """
     v_c, omega_c, _ = command
     l, psi, _ = workspace
@@ -92,7 +100,11 @@ def exact_base(
     nu = share(omega_c, psi, limits.psi_min, limits.psi_max, params.beta)
     speed = abs(v_c) + l * abs(omega_c)
     turning = smaller(speed / params.turning_speed, 1.0)
-    omega_b = nu * omega_c + turning * yaw_rate(psi, params)
+    aligning = yaw_rate(psi, params)
+    if joint is not None:
+        room = turning_share(aligning, joint, params.phi_max - params.phi_min)
+        turning = turning * room
+    omega_b = nu * omega_c + turning * aligning
     left = v_c - carried_rates(workspace, 0.0, omega_b, p_BS)[0]
     mu = share(left, l, limits.l_min, limits.l_max, params.alpha)
     c = cos(psi)
@@ -127,8 +139,8 @@ def exact_course(
         limits: of the workspace.
         limiter: of base and joints.
     """
-    p_BS = limiter.arm.p_BS
-    v_b, omega_b = exact_base(command, workspace, params, limits, p_BS)
+    p_BS, joint = limiter.arm.p_BS, first_joint(q, limiter.joints)
+    v_b, omega_b = exact_base(command, workspace, params, limits, p_BS, joint)
     rest = exact_rest(command, workspace, (v_b, omega_b), p_BS)
     factors = limiter.followed(q, rest, v_b, omega_b)
     share = least(factors, q)

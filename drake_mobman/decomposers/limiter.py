@@ -13,10 +13,10 @@ from typing import Any
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits, braking_rate
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.decomposers.rest import carried_rates
+from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
-from drake_mobman.scalars import Scalar, larger, largest, smallest, where
+from drake_mobman.scalars import Scalar, larger, largest, smallest, smoothstep, where
 
 _RESERVE = 0.98
 """How much of a joint's limits is used, that the arm's inverse, which goes by positions
@@ -105,19 +105,14 @@ class Limiter:
         """
         by_base = abs(v_b) / self.base.max_speed, abs(omega_b) / self.base.max_yaw_rate
         (rates,) = self.arm.undamped_rates(q, rest)
-        slowing = self._slowing
-        by_rate, by_limit = [], []
-        for i, rate in enumerate(rates):
-            room, speed = self._room(q, i, rate), larger(abs(rate), _SLIGHT)
-            by_rate.append(speed / (_RESERVE * self.joints.velocity[i]))
-            in_time = speed * braking_rate(room / speed, slowing, self.period)
-            by_limit.append(speed / larger(in_time, _SLIGHT))
-            if math.isfinite(self.joints.acceleration[i]):
-                by_limit.append(speed / self._towards_end(room, i))
+        by_rate = [
+            abs(rate) / (_RESERVE * fastest)
+            for rate, fastest in zip(rates, self.joints.velocity, strict=True)
+        ]
         return {
             DecomposerStatus.BASE_RATE: factor_by(*by_base),
             DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
-            DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
+            DecomposerStatus.JOINT_LIMIT: factor_by(*self._towards_ends(q, rates)),
         }
 
     def at_present(self, q: Any, workspace: Any, command: Any, sent: Any) -> Factors:
@@ -146,6 +141,56 @@ class Limiter:
             by_edge = self._by_edges(self.workspace, workspace, command, carried)
             factors[DecomposerStatus.WORKSPACE] = factor_by(*by_edge)
         return factors
+
+    def given_way(
+        self, q: Any, v_b: Scalar, omega_b: Scalar
+    ) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns how much of the base's motion the arm can give way to.
+
+        While the hand keeps still in W, that is. The less of it a joint near its end
+        leaves, the more of the rest is turning alone, which may be what frees it: a
+        mean of two motions that the joints can follow is one. A hand at the shoulder's
+        axis has no bearing to be turned to.
+
+        Args:
+            q: joint angles (n,) [rad].
+            v_b: speed of the base [m/s].
+            omega_b: its yaw rate [rad/s].
+
+        Returns:
+            Both as far as the joints' ranges leave room, and 1 if that is all of them,
+            else less.
+        """
+        at, ahead = self.arm.workspace(q), self.arm.p_BS[0]
+        away = smoothstep(at[0], LEAST_REACH, 2 * LEAST_REACH)
+        omega = away * omega_b
+        off = (carried_rates(at, v, omega, ahead) for v in (v_b, 0.0))
+        left = ((-along, -turning, 0.0) for along, turning in off)
+        both, turning = (
+            factor_by(*self._towards_ends(q, rates))
+            for rates in self.arm.undamped_rates(q, *left)
+        )
+        both = smallest(both, 1.0, made_of=tuple(q))
+        share = both * both + (1.0 - both) * turning
+        return both * both * v_b, share * omega, both * away
+
+    def _towards_ends(self, q: Any, rates: Any) -> Iterable[Scalar]:
+        """Returns how many times too fast joints near the ends of their ranges.
+
+        To come to rest there in the time that the base takes to stop, and no faster
+        than they can brake, where that is known.
+
+        Args:
+            q: joint angles (n,) [rad].
+            rates: of the joints (n,) [rad/s].
+        """
+        slowing = self._slowing
+        for i, rate in enumerate(rates):
+            room, speed = self._room(q, i, rate), larger(abs(rate), _SLIGHT)
+            in_time = speed * braking_rate(room / speed, slowing, self.period)
+            yield speed / larger(in_time, _SLIGHT)
+            if math.isfinite(self.joints.acceleration[i]):
+                yield speed / self._towards_end(room, i)
 
     @property
     def _slowing(self) -> float:

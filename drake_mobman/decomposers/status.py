@@ -19,3 +19,5 @@ class DecomposerStatus(enum.IntFlag):
     """No rates of the joints make what is left: the hand is at the shoulder's axis."""
     UNSOLVED = 32
     """The optimiser found nothing: base and arm are braked to rest."""
+    BASE_HELD = 64
+    """The base would push a joint against its end: it goes slower, or not at all."""

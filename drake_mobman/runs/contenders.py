@@ -22,7 +22,6 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import PassThrough
 
 from drake_mobman import signals
-from drake_mobman.base.velocity_field import field_velocity
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import BlendingDecomposer, blending_shares
 from drake_mobman.decomposers.exact import (
@@ -31,7 +30,7 @@ from drake_mobman.decomposers.exact import (
     exact_base,
     exact_course,
 )
-from drake_mobman.decomposers.field import FieldDecomposer
+from drake_mobman.decomposers.field import FieldDecomposer, field_base
 from drake_mobman.decomposers.qp import (
     BoxQp,
     Qp,
@@ -288,7 +287,7 @@ def _by_field(block: Any) -> Callable[..., Any]:
     params, reach, arm = block.params, block.reach, block.arm
 
     def law(command: Any, workspace: Any, q: Any, sent: Any) -> Any:
-        base = field_velocity(arm.p_BT(q), params, reach)
+        base = field_base(q, params, reach, arm, block.limiter)[:2]
         return *base, *exact_rest(command, workspace, sent, arm.p_BS)
 
     return law
