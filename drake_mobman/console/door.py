@@ -41,8 +41,8 @@ HEADERS = {
 PAGES = 2.0, 5.0
 """How often the page is opened each second, and at once: it takes 50 ms to lay out."""
 
-SOCKETS = 48
-"""Most WebSockets at once; a page has three."""
+SOCKETS = 24
+"""Most WebSockets at once; a page has three, and takes 2 % of a processor."""
 
 SLOW = 1.0
 """How long it takes to say that a token is wrong, one after the other [s]."""

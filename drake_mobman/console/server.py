@@ -23,6 +23,7 @@ from starlette.responses import HTMLResponse
 from starlette.staticfiles import StaticFiles
 
 from drake_mobman.console import bounds
+from drake_mobman.console.deaf import Deaf
 from drake_mobman.console.desk import Desk, Page
 from drake_mobman.console.door import Door, is_loopback
 from drake_mobman.console.messages import MessageError
@@ -86,7 +87,7 @@ class Server:
         # objects: Drake, at work in another thread, does not survive that.
         app.router.lifespan_context = self._open
         config = uvicorn.Config(
-            Door(app, self.token, self.port),
+            Door(Deaf(app), self.token, self.port),
             http=bounds.Requests,
             h11_max_incomplete_event_size=bounds.LARGEST_HEAD,
             ws=bounds.WebSocket,

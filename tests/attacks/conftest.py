@@ -37,6 +37,10 @@ def until(condition, what, patience=PATIENCE):
     return found
 
 
+BUSY = 0.8
+"""Simulated over wall time, below which a machine is too busy to be asked for more."""
+
+
 class Answer:
     """What a server answers to a request in HTTP: `status` is 0 where it says nothing.
 
@@ -152,16 +156,16 @@ class Drive:
         """Waits until something is so."""
         return until(condition, what, patience)
 
-    def rests(self):
-        """Waits, as a page that watches, until the robot is at rest; returns its state.
+    def rests(self, why=""):
+        """Waits, as a page that watches, until the robot is at rest for such a reason.
 
-        The state is of a moment after the call.
+        Of a moment after the call; returns what the page is told then.
         """
         called = time.monotonic()
         with self.connect() as page:
             while True:
                 state = json.loads(page.recv(timeout=PATIENCE))
-                if at_rest(state) and state["clock"] > called:
+                if at_rest(state) and why in state["text"] and state["clock"] > called:
                     return state
                 assert time.monotonic() < called + PATIENCE, state
 
@@ -256,20 +260,22 @@ class Operator:
         """Waits until it drives."""
         self.until(lambda state: state["arming"] == ARMED, "it drives")
 
+    def moves(self):
+        """Waits until the robot moves."""
+        self.until(lambda state: "v_b" in state and not at_rest(state), "it moves")
+
     def rests(self):
         """Waits until the robot is at rest."""
         self.until(at_rest, "it rests")
 
     @contextlib.contextmanager
-    def drives_on(self, share=0.4):
+    def drives_on(self):
         """Asserts that it drives on, in time, as well as just before.
 
-        Args:
-            share: of how often it was told how things are, how often it drove then, and
-                how fast simulated time went by. A busy machine takes the rest.
+        On a machine that is too busy to keep time by itself, just that it does at all.
         """
         self.drives()
-        before = [0.0, 0.0]
+        before = [0.0, 0.0, 0.0]
         while before[1] == 0.0:  # A hitch.
             began = self._marks()
             time.sleep(0.7)
@@ -277,8 +283,10 @@ class Operator:
         began = self._marks()
         yield
         after = self._rates_since(began)
-        for rate, reference in zip(after, before, strict=True):
-            assert rate > share * reference, (after, before)
+        if before[2] > BUSY:
+            for rate, reference in zip(after, before, strict=True):
+                assert rate > 0.4 * reference, (after, before)
+        self.drives()
 
     def _marks(self):
         return time.monotonic(), *self.counts, self.state["time"]

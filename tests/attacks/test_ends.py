@@ -176,15 +176,14 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
 
 
 def test_operator_who_is_killed_leaves_the_robot_at_rest(drive, operator):
-    operator.drives()
+    operator.moves()
     operator.socket.shutdown(socket.SHUT_RDWR)  # As the kernel does of a browser.
-    state = drive.rests()
-    assert state["text"].startswith("stopped: the operator has gone")
+    state = drive.rests("stopped: the operator has gone")
     assert state["arming"] != ARMED
 
 
 def test_server_that_stood_still_is_at_rest_when_it_goes_on(drive, operator):
-    operator.drives()
+    operator.moves()
     os.kill(drive.pid, signal.SIGSTOP)
     try:
         time.sleep(3.0)  # The operator pushes on; all that waits in his socket.
@@ -336,7 +335,7 @@ def test_place_that_cannot_be_had_is_refused_in_one_line(shared):
     assert f"cannot serve at 127.0.0.1, port {shared.port}: Address already" in line
     line = refused("kwon_1", "--port", 0, "--host", "203.0.113.1")
     assert "cannot serve at 203.0.113.1, port 0: " in line
-    for host in ("no.such.host.example", "a..b", "x" * 300, "é" * 80, "\x1b[31m", "*"):
+    for host in ("no.such.host.example", "a..b", "x" * 300, "é" * 80, "\x1b[31m", ""):
         line = refused("kwon_1", "--port", 0, "--host", host)
         assert line.startswith("mobman: cannot serve at ")
         assert "\x1b" not in line
@@ -351,7 +350,6 @@ def test_place_that_cannot_be_had_is_refused_in_one_line(shared):
         ("::1", False),
         ("127.0.0.2", False),
         ("localhost", False),
-        ("", False),
     ],
 )
 def test_token_is_asked_for_where_others_can_come(host, seen):

@@ -2,9 +2,12 @@
 
 import contextlib
 import json
+import re
 import time
+from urllib.parse import urlencode
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 ARMED = 2
 
@@ -78,7 +81,7 @@ def test_message_without_an_end_closes_the_socket(drive, size):
 
 @pytest.mark.parametrize("value", NO_NUMBERS)
 def test_what_is_no_number_never_is_a_command(drive, operator, value):
-    operator.drives()
+    operator.moves()
     operator.send(words(sequence=2**52).replace("0.5", value))
     operator.until(lambda _: operator.closed, "it is closed")
     assert operator.closed == 1008
@@ -229,3 +232,98 @@ def test_silent_operator_keeps_nobody_from_the_stick(drive):
             other.send(pressed("take"))
             time.sleep(0.1)
         assert states[-1]["arming"] != ARMED
+
+
+# --- To NiceGUI, which has laid out the page -----------------------------------------
+
+PAGE = {
+    "client_id": "4ffc9028-6c02-479d-b6d2-5cb0f5ea5081",
+    "document_id": "5ecca23b-cd9f-4f96-91e5-2d989a502160",
+    "tab_id": "e3871365-d2ed-41d2-9db1-942ae8639b1d",
+    "old_tab_id": "null",
+    "next_message_id": "0",
+    "implicit_handshake": "true",
+    "EIO": "4",
+    "transport": "websocket",
+}
+
+
+def layout(**changes):
+    """Returns where NiceGUI's script in a page connects to."""
+    query = {key: x for key, x in (PAGE | changes).items() if x is not None}
+    return f"/_nicegui_ws/socket.io/?{urlencode(query, doseq=True)}"
+
+
+TO_LAYOUT = [
+    *("", "x", "9", "4", "42", "42[", "42[]", "42{}", "42[1]", '42["x"]', "2x", "6"),
+    *('42["log",{}]', '42["event",{}]', '42["event",7]', '42["handshake",{}]'),
+    *(
+        '42["ack"]',
+        '42["ack",{}]',
+        '42["ack",{"client_id":{}}]',
+        '42["ack",' + "[" * 900,
+    ),
+    *('42["javascript_response",{"request_id":1}]', "45-", "451-[", "43[]", "4399[]"),
+    *('40{"a":', "40/evil,", "41/x", "b4AAAA", b"\x00\xff", b"4", "42" + "9" * 5000),
+    '42["log",{"client_id":"{id}","level":"error","message":"\x1b[31mevil"}]',
+    '42["log",{"client_id":"{id}","level":"__class__","message":"x"}]',
+    '42["event",{"client_id":"{id}","id":0,"listener_id":"x","args":[]}]',
+    '42["ack",{"client_id":"{id}","next_message_id":"x"}]',
+    '42["ack",{"client_id":"{id}","next_message_id":[]}]',
+    '42["handshake",{"client_id":"{id}","tab_id":{},"document_id":"x"}]',
+]
+
+
+@pytest.fixture(scope="module")
+def client(shared):
+    """What NiceGUI calls a page that is open, as whoever opens it is told."""
+    return re.search(rb"'client_id': '([\w-]+)'", shared.ask("/").body)[1].decode()
+
+
+def hears_out(drive, *messages, **changes):
+    """Says things to NiceGUI, as a page; returns the code by which that is closed."""
+    with drive.connect(layout(**changes)) as socket:
+        try:
+            for message in messages:
+                socket.send(message)
+            for _ in range(10):
+                socket.recv(timeout=1.0)
+        except ConnectionClosed as closed:
+            return closed.rcvd and closed.rcvd.code
+        except TimeoutError:
+            return None
+    return None
+
+
+@pytest.mark.parametrize("message", TO_LAYOUT)
+def test_layout_hears_nothing_but_that_its_page_is_there(drive, client, message):
+    if isinstance(message, str):
+        message = message.replace("{id}", client)
+    for greeting in ([], ["40"]):
+        assert hears_out(drive, *greeting, message, client_id=client) == 1008
+
+
+def test_page_is_heard_by_its_layout(drive, client):
+    ack = json.dumps({"client_id": client, "next_message_id": 0})
+    assert hears_out(drive, "40", f'42["ack",{ack}]', "3", client_id=client) is None
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"client_id": None},
+        {"client_id": "\x1b[31m"},
+        {"tab_id": None},
+        {"document_id": ["x" * 100]},
+        {"next_message_id": "x"},
+        {"next_message_id": None},
+        {"EIO": "3"},
+        {"transport": "polling"},
+        {"sid": "x"},
+        {"transport": None},
+    ],
+    ids=str,
+)
+def test_layout_of_nobody_is_refused(drive, changes):
+    assert drive.refuses(layout(**changes))
+    assert drive.ask(layout(**changes)).status == 404

@@ -214,7 +214,7 @@ def test_page_of_another_site_gets_nothing_and_holds_up_nobody(
     context = browser.new_context()
     page, answers = context.new_page(), []
     page.on("response", lambda got: answers.append((got.url, got.status)))
-    with operator.drives_on(0.5):
+    with operator.drives_on():
         page.goto(f"http://{site}:{elsewhere}/#127.0.0.1:{drive.port}")
         page.wait_for_function("Object.keys(seen).length == 7", timeout=30_000)
         page.wait_for_timeout(1500)

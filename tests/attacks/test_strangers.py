@@ -8,7 +8,11 @@ import pytest
 
 from drake_mobman.console.door import Door
 
-SOCKETS = ["/drive", "/view/", "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"]
+SOCKETS = [
+    *("/drive", "/view/"),
+    "/_nicegui_ws/socket.io/?EIO=4&transport=websocket&client_id=c&tab_id=t"
+    "&document_id=d&next_message_id=0",
+]
 
 ELSEWHERE = {
     "Sec_Fetch_Site": "cross-site",
