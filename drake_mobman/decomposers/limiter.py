@@ -161,10 +161,10 @@ class Limiter:
             Both as far as the joints' ranges leave room, and 1 if that is all of them,
             else less.
         """
-        at, ahead = self.arm.workspace(q), self.arm.p_BS[0]
+        at, p_BS = self.arm.workspace(q), self.arm.p_BS
         away = smoothstep(at[0], LEAST_REACH, 2 * LEAST_REACH)
         omega = away * omega_b
-        off = (carried_rates(at, v, omega, ahead) for v in (v_b, 0.0))
+        off = (carried_rates(at, v, omega, p_BS) for v in (v_b, 0.0))
         left = ((-along, -turning, 0.0) for along, turning in off)
         both, turning = (
             factor_by(*self._towards_ends(q, rates))
