@@ -133,9 +133,11 @@ def test_the_exact_law_turns_no_further_than_the_first_joint_goes():
     command, at, limits = (0.3, 0.0, 0.0), (1.0, 2.0, 0.0), Workspace()
     for angle, omega in ((-2.0, 0.8), (-2.65, 0.4), (-2.9, 0.0)):
         joint = FirstJoint(angle, -2.9, 2.9)
-        base = exact_base(command, at, Exact(), limits, 0.0, joint)
+        base = exact_base(command, at, Exact(), limits, (0.0, 0.0, 0.0), joint)
         assert base[1] == pytest.approx(omega)
-    assert exact_base(command, at, Exact(), limits, 0.0)[1] == pytest.approx(0.8)
+    assert exact_base(command, at, Exact(), limits, (0.0, 0.0, 0.0))[
+        1
+    ] == pytest.approx(0.8)
 
 
 def test_without_limits_the_controller_asks_for_no_joints():

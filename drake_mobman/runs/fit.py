@@ -37,11 +37,15 @@ def check_workspace(
     """Raises `ParameterError` where the arm does not fill its workspace.
 
     Authority would never pass to the base, as the arm ends before. Each end is looked
-    at from the start, that of psi where the arm reaches out there.
+    at from where in the workspace is nearest to the start.
     """
+    inside = (
+        min(max(start.l, workspace.l_min), workspace.l_max),
+        min(max(start.psi, workspace.psi_min), workspace.psi_max),
+    )
     ends = {"l_min": 0, "l_max": 0, "psi_min": 1, "psi_max": 1}
     for name, i in ends.items():
-        hand = [start.l, start.psi, start.z]
+        hand = [*inside, start.z]
         hand[i] = given = getattr(workspace, name)
         q = arm.inverse(hand)
         nearest = arm.workspace(q)
