@@ -142,7 +142,7 @@ class LeakyIntegrator(SolvedDecomposer):
     """Rates that depend on those of the tick before."""
 
     def __init__(self):
-        super().__init__(2, 0.0, np.array([1.0, 1.0, 1.0, 1.0]), 0.2, PERIOD)
+        super().__init__(2, (0.0, 0.0, 0.0), np.ones(4), 0.2, PERIOD)
 
     def rates(self, command, workspace, q, last):  # noqa: ARG002
         if command[0] > 0.25:
