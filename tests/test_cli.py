@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from drake_mobman.cli import app
+from drake_mobman.console.panel_process import EXPOSED
 
 MOBMAN = [sys.executable, "-m", "drake_mobman.cli"]
 QUICK = ["--no-figures", "--set", "duration=0.5"]
@@ -392,10 +393,13 @@ def opened(address):
 
 
 def ended(process, number=signal.SIGINT):
-    """Ends a process by a signal; returns its exit status and what it has to say."""
+    """Ends a process by a signal; returns its exit status and what it has to say.
+
+    But for what Meshcat's panel says at the start.
+    """
     process.send_signal(number)
     _, stderr = process.communicate(timeout=60)
-    return process.returncode, stderr
+    return process.returncode, stderr.removeprefix(f"mobman: {EXPOSED}\n")
 
 
 @pytest.mark.parametrize("panel", [(), ("--plain",)], ids=["page", "plain"])
