@@ -26,8 +26,8 @@ PATIENCE = 5.0
 
 FRAMES = 2 * RATE, 2 * BURST
 """Frames that may come over a WebSocket each second, and at once: to take in a ping, or
-a piece of a message, costs as much as a message. These are counted before, and stop a
-page of ours at half of it."""
+a piece of a message, costs as much as a message. There is room for twice as many as a
+page may say: one that says more is told so first."""
 
 WAITING = 64
 """Connections that may wait to be accepted; accepted they are all at once."""
