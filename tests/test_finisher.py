@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from drake_mobman.console.finisher import Finisher
@@ -23,8 +24,11 @@ def heard(finisher):
 
 def children():
     """Returns the processes that this one has started and that run."""
-    tasks = Path("/proc/self/task").glob("*/children")
-    return {int(pid) for task in tasks for pid in task.read_text().split()}
+    found = set()
+    for task in Path("/proc/self/task").glob("*/children"):
+        with suppress(OSError):  # A thread that has ended meanwhile.
+            found |= set(map(int, task.read_text().split()))
+    return found
 
 
 def test_finisher_that_is_killed_fails_what_it_was_given_and_another_takes_over(

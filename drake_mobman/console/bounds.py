@@ -24,12 +24,16 @@ LARGEST_MESSAGE = 16384
 PATIENCE = 5.0
 """For how long a request may come in, or an answer not be read [s]."""
 
-FRAMES = RATE, BURST
+FRAMES = 2 * RATE, 2 * BURST
 """Frames that may come over a WebSocket each second, and at once: to take in a ping, or
-a piece of a message, costs as much as a message of ours."""
+a piece of a message, costs as much as a message. There is room for twice as many as a
+page may say: one that says more is told so first."""
 
 WAITING = 64
 """Connections that may wait to be accepted; accepted they are all at once."""
+
+_TOO_MUCH = b"\x88\x02" + (1008).to_bytes(2)
+"""A frame that closes a WebSocket as against our policy."""
 
 _MOST = 128
 """Connections at once; a page of ours has up to nine."""
@@ -139,7 +143,9 @@ class WebSocket(_Read, _AnyWebSocket):
         if self._frames is None:
             self._frames = Frames()
         elif not all(self._allowance.takes() for _ in self._frames.begun(data)):
-            self.transport.abort()
+            self.transport.write(_TOO_MUCH)
+            self.transport.close()
+            self.loop.call_later(PATIENCE, self.transport.abort)
             return
         super().data_received(data)
 

@@ -95,8 +95,11 @@ class Drive:
     @property
     def children(self):
         """Returns the processes that it has started and that run."""
-        tasks = Path(f"/proc/{self.pid}/task").glob("*/children")
-        return [int(pid) for task in tasks for pid in task.read_text().split()]
+        found = []
+        for task in Path(f"/proc/{self.pid}/task").glob("*/children"):
+            with contextlib.suppress(OSError):  # A thread that has ended meanwhile.
+                found += map(int, task.read_text().split())
+        return found
 
     def dial(self, timeout=10.0):
         """Returns a socket to it that says nothing yet."""

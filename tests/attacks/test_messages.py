@@ -82,7 +82,7 @@ def test_message_without_an_end_closes_the_socket(drive, size):
 @pytest.mark.parametrize("value", NO_NUMBERS)
 def test_what_is_no_number_never_is_a_command(drive, operator, value):
     operator.moves()
-    operator.send(words(sequence=2**52).replace("0.5", value))
+    operator.send(words(sequence=2**52).replace('"v_c": 0.5', f'"v_c": {value}'))
     operator.until(lambda _: operator.closed, "it is closed")
     assert operator.closed == 1008
     drive.rests()
@@ -109,7 +109,8 @@ def test_number_that_is_out_of_range_never_is_a_command(operator, value, why):
         for _ in range(8):
             operator.sequence += 1
             now = {"sequence": operator.sequence, "sent": time.monotonic()}
-            operator.send(words(**now, ahead=0.0).replace("0.5", said))
+            message = words(**now, ahead=0.0)
+            operator.send(message.replace('"v_c": 0.5', f'"v_c": {said}'))
             seen.add(operator.state["text"])
             time.sleep(1 / 30)
     operator.rests()
