@@ -33,6 +33,9 @@ _TINY = 1e-14
 _REACHED = 1e-9
 """How far from where it is told to be the hand counts as there [m] and [rad]."""
 
+_STILL = 1e-9
+"""How fast a joint of the wrist moves its centre T at most [m/rad]."""
+
 _STEPS = 200
 """Most that `inverse` takes; in reach, it takes about ten."""
 
@@ -149,6 +152,8 @@ class JacobianArm:
         if not np.allclose(model.J_V_BE()[:3, 0], [0, 0, 1]):
             raise ValueError("the arm's first joint does not turn about B's z axis")
         self.p_BS = tuple(model.p_BS().tolist())
+        moved = np.abs(model.J_v_BT()).max(axis=0) > _STILL
+        self.wrist = tuple(np.flatnonzero(~moved).tolist())
         X_BE = model.X_BE()
         self._bearing = self._hand(X_BE, self.posture)[1]
         turned_back = _turned(-self.posture[0] - self._bearing)
@@ -191,6 +196,11 @@ class JacobianArm:
         psi = q[0] + self._hand(model.X_BE(), q)[1]
         J_plus = pseudo_inverse(model.J_V_BE(), self.damping)
         return [_hand_rates(psi, J_plus, each) for each in workspace_rates]
+
+    def turn_rates(self, q: Any) -> Any:
+        """Returns the joint rates (n, 3) that turn the hand, E in its place; damped."""
+        J = self._at(q).J_V_BE()
+        return damped_pseudo_inverse(J, self.damping)[0][:, :3]
 
     def hand_and_posture_rates(
         self, q: Any, workspace_rates: Any
@@ -390,6 +400,17 @@ class _Model:
     def X_BE(self) -> Any:
         """Returns the pose of E."""
         return self._E.CalcPose(self._context, self._B)
+
+    def J_v_BT(self) -> Any:
+        """Returns the Jacobian (3, n) of T's velocity by the arm's joints."""
+        return self.plant.CalcJacobianTranslationalVelocity(
+            self._context,
+            JacobianWrtVariable.kV,
+            self._T,
+            np.zeros(3),
+            self._B,
+            self._B,
+        )[:, self._arm]
 
     def J_V_BE(self) -> Any:
         """Returns the Jacobian (6, n) by the arm's joints, rotational rows first."""
