@@ -14,6 +14,7 @@ from drake_mobman.arm.limits import (
     bounded_rates,
     filled_rates,
 )
+from drake_mobman.arm.place_first import best_placed, relieved
 from drake_mobman.parameters import checked_period
 from drake_mobman.scalars import Scalar
 
@@ -23,8 +24,8 @@ def rates_within_limits(
 ) -> tuple[list[Scalar], Scalar]:
     """Returns joint rates for the hand, then for the posture, within the limits.
 
-    The hand comes first: a joint that the posture alone would push against its limit
-    does not slow the hand down.
+    The hand's place comes first, then that it is level: a joint that this or the
+    posture alone would push against its limit does not slow the hand down.
 
     Args:
         arm: whose joints these are.
@@ -35,11 +36,19 @@ def rates_within_limits(
 
     Returns:
         The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps the hand from
-        moving as commanded.
+        moving, and from being level, as commanded.
     """
-    hand, posture, damped = arm.hand_and_posture_rates(q, command)
-    hand, bound = bounded_rates(hand, q, limits, period)
-    rates = filled_rates(hand, posture, q, limits, period)
+    hand, extra, damped = arm.hand_and_posture_rates(q, command)
+    rates, bound = bounded_rates(hand, q, limits, period)
+    if bound >= float(ArmStatus.JOINT_LIMIT):
+        psi = arm.workspace(q)[1]
+        moved, _, home, _ = arm.hand_turn_and_home_rates(q, command, psi)
+        turns = arm.turn_rates(q)
+        placed = best_placed((hand, moved), turns, arm.wrist, q, limits, period)
+        if placed.gives_way:
+            rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
+            extra = relieved(home, dict.fromkeys(placed.held, 0.0), turns)
+    rates = filled_rates(rates, extra, q, limits, period)
     return rates, bound + damped * float(ArmStatus.SINGULAR)
 
 

@@ -37,6 +37,9 @@ _REACHED = 1e-9
 _AT_BACK = 1e-9
 """How far past the back a posture still counts as at pi, not at -pi [rad]."""
 
+_STILL = 1e-9
+"""How fast a joint of the wrist moves its centre T at most [m/rad]."""
+
 _STEPS = 200
 """Most that `inverse` takes; in reach, it takes about ten."""
 
@@ -158,6 +161,8 @@ class JacobianArm:
         if not np.allclose(model.J_V_BE()[:3, 0], [0, 0, 1]):
             raise ValueError("the arm's first joint does not turn about B's z axis")
         self.p_BS = tuple(model.p_BS().tolist())
+        moved = np.abs(model.J_v_BT()).max(axis=0) > _STILL
+        self.wrist = tuple(np.flatnonzero(~moved).tolist())
         X_BE = model.X_BE()
         x, y, _ = X_BE.translation() - self.p_BS
         # Of the posture, from the first joint's zero.
@@ -209,6 +214,11 @@ class JacobianArm:
         psi = q[0] + self._bearing + self._hand(model.X_BE(), q)[1]
         J_plus = pseudo_inverse(model.J_V_BE(), self.damping)
         return [_hand_rates(psi, J_plus, each) for each in workspace_rates]
+
+    def turn_rates(self, q: Any) -> Any:
+        """Returns the joint rates (n, 3) that turn the hand, E in its place; damped."""
+        J = self._at(q).J_V_BE()
+        return damped_pseudo_inverse(J, self.damping)[0][:, :3]
 
     def hand_and_posture_rates(
         self, q: Any, workspace_rates: Any
@@ -410,6 +420,17 @@ class _Model:
     def X_BE(self) -> Any:
         """Returns the pose of E."""
         return self._E.CalcPose(self._context, self._B)
+
+    def J_v_BT(self) -> Any:
+        """Returns the Jacobian (3, n) of T's velocity by the arm's joints."""
+        return self.plant.CalcJacobianTranslationalVelocity(
+            self._context,
+            JacobianWrtVariable.kV,
+            self._T,
+            np.zeros(3),
+            self._B,
+            self._B,
+        )[:, self._arm]
 
     def J_V_BE(self) -> Any:
         """Returns the Jacobian (6, n) by the arm's joints, rotational rows first."""

@@ -19,6 +19,10 @@ class ArmKinematics(Protocol):
     def p_BS(self) -> tuple[float, float, float]:
         """Returns the shoulder's position in B."""
 
+    @property
+    def wrist(self) -> tuple[int, ...]:
+        """Returns the joints that only the orientation needs, where that can give."""
+
     def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the end effector E for joint angles `q` (n,)."""
 
@@ -35,6 +39,12 @@ class ArmKinematics(Protocol):
         """Returns for each of several the joint rates that it takes, however fast.
 
         Linear in each: what tells how much of a command the joints can make.
+        """
+
+    def turn_rates(self, q: Any) -> Any:
+        """Returns the joint rates (n, 3) that turn the hand, E in its place.
+
+        By 1 rad/s about each of B's axes. Asked only where there is a `wrist`.
         """
 
     def is_near_singular(self, q: Any) -> Scalar:

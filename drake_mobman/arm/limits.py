@@ -29,6 +29,8 @@ class ArmStatus(enum.IntFlag):
     """The hand would go where the arm does not reach."""
     SINGULAR = 8
     """The arm is nearly stretched or folded, and the rates are damped."""
+    ORIENTATION = 16
+    """The hand is not turned as told, so that it goes where it is told."""
 
 
 @dc.dataclass(frozen=True)

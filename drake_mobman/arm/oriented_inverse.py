@@ -13,11 +13,11 @@ from drake_mobman.arm.limits import (
     ArmStatus,
     JointLimits,
     bounded_rates,
-    end_rates,
     filled_rates,
 )
+from drake_mobman.arm.place_first import best_placed, relieved
 from drake_mobman.parameters import ParameterError, checked_period
-from drake_mobman.scalars import Scalar, smaller
+from drake_mobman.scalars import Scalar
 
 _IN_W = ("turning", "held")
 
@@ -25,10 +25,6 @@ ORIENTATIONS = ("reach", *_IN_W)
 """How a level hand may be turned: along its reach, at omega_c in W, or held in W."""
 
 _LIMITED = ArmStatus.JOINT_RATE | ArmStatus.JOINT_LIMIT
-
-_MUCH = 0.5
-"""Of the largest rate that turning the hand takes of a joint: a joint with more can be
-relieved by turning the hand otherwise, without making the others much faster."""
 
 
 def oriented_rates(
@@ -64,28 +60,13 @@ def oriented_rates(
     wanted = [a + apart * b for a, b in zip(hand, turn, strict=True)]
     rates, bound = bounded_rates(wanted, q, limits, period)
     if bound > 0:
-        joint = _slowest(wanted, q, limits, period)
-        if abs(turn[joint]) > _MUCH * max(map(abs, turn)):
-            moved = _without(joint, hand, turn)
-            moved, _ = bounded_rates(moved, q, limits, period)
-            rest = [a - b for a, b in zip(wanted, moved, strict=True)]
-            rates = filled_rates(moved, rest, q, limits, period)
-            home = _without(joint, home, turn)
+        turns = arm.turn_rates(q)
+        placed = best_placed((wanted, hand), turns, arm.wrist, q, limits, period)
+        if placed.gives_way:
+            rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
+            home = relieved(home, dict.fromkeys(placed.held, 0.0), turns)
     rates = filled_rates(rates, home, q, limits, period)
     return rates, bound + damped * float(ArmStatus.SINGULAR)
-
-
-def _without(joint: int, rates: list[Scalar], turn: list[Scalar]) -> list[Scalar]:
-    """Returns rates that leave `joint` at rest: as `rates`, but for the hand's yaw."""
-    yaw_rate = rates[joint] / turn[joint]
-    return [a - yaw_rate * b for a, b in zip(rates, turn, strict=True)]
-
-
-def _slowest(rates: list[Scalar], q: Any, limits: JointLimits, period: float) -> int:
-    """Returns the joint that may make the least part of its rate."""
-    bounds = map(smaller, limits.velocity, end_rates(rates, q, limits, period))
-    excess = [abs(rate) / most for rate, most in zip(rates, bounds, strict=True)]
-    return excess.index(max(excess))
 
 
 @TemplateSystem.define("OrientedInverse_", T_list=[float, AutoDiffXd])

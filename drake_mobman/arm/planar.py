@@ -21,6 +21,7 @@ class PlanarArm:
     lower: float  # From elbow to tip [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
     joints: int = 2
+    wrist: tuple[int, ...] = ()  # None: the orientation is given by the place.
 
     def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z; z is 0 throughout."""
@@ -55,6 +56,10 @@ class PlanarArm:
         from_reach = -two_link.direction(q[1], self.upper, self.lower)
         shoulder, elbow = law(from_reach, q[1], v_l, 0.0, self.upper, self.lower)
         return [v_psi + shoulder, elbow]
+
+    def turn_rates(self, q: Any) -> Any:
+        """Raises `NotImplementedError`: the hand is not turned by itself."""
+        raise NotImplementedError
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""

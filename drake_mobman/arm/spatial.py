@@ -23,6 +23,7 @@ class SpatialArm:
     hand: float  # From the wrist's centre to the tool [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
     joints: int = 6
+    wrist: tuple[int, ...] = ()  # None: the orientation is given by the place.
 
     def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the level hand."""
@@ -53,6 +54,10 @@ class SpatialArm:
         v_l, v_psi, v_z = workspace_rates
         shoulder, elbow = law(q[1], q[2], v_l, v_z, self.upper, self.lower)
         return [v_psi, shoulder, elbow, 0.0 * v_psi, -(shoulder + elbow), 0.0 * v_psi]
+
+    def turn_rates(self, q: Any) -> Any:
+        """Raises `NotImplementedError`: the hand is not turned by itself."""
+        raise NotImplementedError
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""

@@ -12,11 +12,20 @@ from typing import Any
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits, braking_rate
+from drake_mobman.arm.place_first import relieved
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
 from drake_mobman.decomposers.share import Workspace
 from drake_mobman.decomposers.status import DecomposerStatus
-from drake_mobman.scalars import Scalar, larger, largest, smallest, smoothstep, where
+from drake_mobman.scalars import (
+    Scalar,
+    larger,
+    largest,
+    smaller,
+    smallest,
+    smoothstep,
+    where,
+)
 
 _RESERVE = 0.98
 """How much of a joint's limits is used, that the arm's inverse, which goes by positions
@@ -81,6 +90,13 @@ def factor_by(*excesses: Scalar) -> Scalar:
     return 1.0 / largest(1.0, *excesses, made_of=())
 
 
+def _by_joints(by_rate: Iterable[Scalar], by_limit: Iterable[Scalar]) -> Factors:
+    return {
+        DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
+        DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
+    }
+
+
 @dc.dataclass(frozen=True)
 class Limiter:
     """The limits of a robot, and of the workspace that its arm is to keep."""
@@ -104,16 +120,16 @@ class Limiter:
             omega_b: its yaw rate [rad/s].
         """
         by_base = abs(v_b) / self.base.max_speed, abs(omega_b) / self.base.max_yaw_rate
-        (rates,) = self.arm.undamped_rates(q, rest)
-        by_rate = [
-            abs(rate) / (_RESERVE * fastest)
-            for rate, fastest in zip(rates, self.joints.velocity, strict=True)
-        ]
-        return {
-            DecomposerStatus.BASE_RATE: factor_by(*by_base),
-            DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
-            DecomposerStatus.JOINT_LIMIT: factor_by(*self._towards_ends(q, rates)),
-        }
+
+        def excesses(rates: Any) -> tuple[list[Scalar], list[Scalar]]:
+            by_rate = [
+                abs(rate) / (_RESERVE * fastest)
+                for rate, fastest in zip(rates, self.joints.velocity, strict=True)
+            ]
+            return by_rate, self._towards_ends(q, rates)
+
+        factors = {DecomposerStatus.BASE_RATE: factor_by(*by_base)}
+        return factors | self._placed(q, self.arm.undamped_rates(q, rest), excesses)
 
     def at_present(self, q: Any, workspace: Any, command: Any, sent: Any) -> Factors:
         """Returns what the limits leave of a command while the base moves as sent.
@@ -126,17 +142,18 @@ class Limiter:
         """
         along, turning = carried_rates(workspace, sent[0], sent[1], self.arm.p_BS)
         carried = along, turning, 0.0
-        by_rate, by_limit = [], []
-        pairs = zip(*self.arm.undamped_rates(q, command, carried), strict=True)
-        for i, (wanted, off) in enumerate(pairs):
-            fastest = _RESERVE * self.joints.velocity[i]
-            by_rate.append(excess(wanted, off, fastest))
-            towards_end = self._towards_end(self._room(q, i, wanted), i)
-            by_limit.append(excess(wanted, off, towards_end))
-        factors = {
-            DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
-            DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
-        }
+
+        def excesses(rates: Any, taken: Any) -> tuple[list[Scalar], list[Scalar]]:
+            by_rate, by_limit = [], []
+            for i, (wanted, off) in enumerate(zip(rates, taken, strict=True)):
+                fastest = _RESERVE * self.joints.velocity[i]
+                by_rate.append(excess(wanted, off, fastest))
+                towards_end = self._towards_end(self._room(q, i, wanted), i)
+                by_limit.append(excess(wanted, off, towards_end))
+            return by_rate, by_limit
+
+        rates = self.arm.undamped_rates(q, command, carried)
+        factors = self._placed(q, rates, excesses)
         if self.workspace is not None:
             by_edge = self._by_edges(self.workspace, workspace, command, carried)
             factors[DecomposerStatus.WORKSPACE] = factor_by(*by_edge)
@@ -167,30 +184,62 @@ class Limiter:
         off = (carried_rates(at, v, omega, p_BS) for v in (v_b, 0.0))
         left = ((-along, -turning, 0.0) for along, turning in off)
         both, turning = (
-            factor_by(*self._towards_ends(q, rates))
+            self._placed(q, [rates], lambda rates: ([], self._towards_ends(q, rates)))[
+                DecomposerStatus.JOINT_LIMIT
+            ]
             for rates in self.arm.undamped_rates(q, *left)
         )
         both = smallest(both, 1.0, made_of=tuple(q))
         share = both * both + (1.0 - both) * turning
         return both * both * v_b, share * omega, both * away
 
-    def _towards_ends(self, q: Any, rates: Any) -> Iterable[Scalar]:
-        """Returns how many times too fast joints near the ends of their ranges.
+    def _placed(self, q: Any, rates: Any, excesses: Any) -> Factors:
+        """Returns what the joints leave of the hand's place, however it is turned.
+
+        A joint of the wrist that its end would slow is left at rest instead, and the
+        hand turned otherwise, where that leaves more: the arm's inverse does likewise.
+
+        Args:
+            q: joint angles (n,) [rad].
+            rates: of the joints (n,) [rad/s], one or more of them, as the arm has them.
+            excesses: returns of such rates how many times too fast each joint is for
+                its speed, and for its end.
+        """
+        by_rate, by_limit = excesses(*rates)
+        best, held, turns = _by_joints(by_rate, by_limit), set[int](), None
+        while self.arm.wrist and best[DecomposerStatus.JOINT_LIMIT] < 1:
+            more = {i for i in self.arm.wrist if by_limit[i] > 1} - held
+            if not more:
+                break
+            held |= more
+            turns = self.arm.turn_rates(q) if turns is None else turns
+            at_rest = dict.fromkeys(held, 0.0)
+            eased = [relieved(each, at_rest, turns) for each in rates]
+            by_rate, by_limit = excesses(*eased)
+            factors = _by_joints(by_rate, by_limit)
+            if least(factors, q) > least(best, q):
+                best = factors
+        return best
+
+    def _towards_ends(self, q: Any, rates: Any) -> list[Scalar]:
+        """Returns how many times too fast each joint nears the end of its range.
 
         To come to rest there in the time that the base takes to stop, and no faster
-        than they can brake, where that is known.
+        than it can brake, where that is known.
 
         Args:
             q: joint angles (n,) [rad].
             rates: of the joints (n,) [rad/s].
         """
-        slowing = self._slowing
+        slowing, found = self._slowing, []
         for i, rate in enumerate(rates):
             room, speed = self._room(q, i, rate), larger(abs(rate), _SLIGHT)
             in_time = speed * braking_rate(room / speed, slowing, self.period)
-            yield speed / larger(in_time, _SLIGHT)
+            bound = larger(in_time, _SLIGHT)
             if math.isfinite(self.joints.acceleration[i]):
-                yield speed / self._towards_end(room, i)
+                bound = smaller(bound, self._towards_end(room, i))
+            found.append(speed / bound)
+        return found
 
     @property
     def _slowing(self) -> float:
