@@ -241,7 +241,8 @@ def test_a_tilted_hand_is_brought_back_while_it_moves():
 @given(command=COMMAND, yaw=st.floats(-3.0, 3.0))
 def test_a_hand_turned_apart_is_moved_and_turned_by_parts_of_its_rates(command, yaw):
     for q in regular_angles(5):
-        hand, turn, home, damped = ARM.hand_turn_and_home_rates(q, command, yaw)
+        hand, turns, by_level, posture, damped = ARM.oriented_parts(q, command, yaw)
+        turn, home = turns[:, 2], np.add(by_level, posture)
         assert not damped
         expected = commanded_V_BE(q, command)
         np.testing.assert_allclose(V_BE(q, hand), expected, rtol=0, atol=RATES)

@@ -9,8 +9,8 @@ from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drake_mobman.arm.first_joint import FirstJoint, turning_share, unwound
 from drake_mobman.arm.limits import JointLimits
-from drake_mobman.base.turning import FirstJoint, turning_share, unwound
 from drake_mobman.base.velocity_field import (
     Reach,
     VelocityField,

@@ -41,13 +41,12 @@ def rates_within_limits(
     hand, extra, damped = arm.hand_and_posture_rates(q, command)
     rates, bound = bounded_rates(hand, q, limits, period)
     if bound >= float(ArmStatus.JOINT_LIMIT):
-        psi = arm.workspace(q)[1]
-        moved, _, home, _ = arm.hand_turn_and_home_rates(q, command, psi)
-        turns = arm.turn_rates(q)
-        placed = best_placed((hand, moved), turns, arm.wrist, q, limits, period)
+        parts = arm.oriented_parts(q, command, arm.workspace(q)[1])
+        ways = hand, parts.hand
+        placed = best_placed(ways, parts.turns, arm.wrist, q, limits, period)
         if placed.gives_way:
             rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
-            extra = relieved(home, dict.fromkeys(placed.held, 0.0), turns)
+            extra = relieved(extra, dict.fromkeys(placed.held, 0.0), parts.turns)
     rates = filled_rates(rates, extra, q, limits, period)
     return rates, bound + damped * float(ArmStatus.SINGULAR)
 

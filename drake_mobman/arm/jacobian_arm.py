@@ -237,15 +237,10 @@ class JacobianArm:
         hand = _hand_rates(stance.psi, stance.J_plus, workspace_rates, w)
         return hand, stance.posture.tolist(), stance.damped
 
-    def hand_turn_and_home_rates(
+    def oriented_parts(
         self, q: Any, workspace_rates: Any, yaw: Scalar
-    ) -> tuple[list[Scalar], list[Scalar], list[Scalar], Scalar]:
+    ) -> "OrientedParts":
         """Returns the joint rates of a hand that is turned apart from its reach.
-
-        In three parts (n,), and 1 where they are damped, else 0. The first moves the
-        hand as told, turning with its reach. The others leave it in its place: the
-        second turns it by 1 rad/s, the third brings it level and to `yaw`, and the
-        joints nearer to the posture.
 
         Args:
             q: joint angles (n,) [rad].
@@ -253,10 +248,14 @@ class JacobianArm:
             yaw: where the hand is to be turned to, in B [rad].
         """
         stance = self._stance(q)
-        hand = _hand_rates(stance.psi, stance.J_plus, workspace_rates)
-        turn = stance.J_plus[:, 2]
-        home = stance.J_plus[:, :3] @ self._levelling(stance, yaw) + stance.posture
-        return hand, turn.tolist(), home.tolist(), stance.damped
+        turns = stance.J_plus[:, :3]
+        return OrientedParts(
+            hand=_hand_rates(stance.psi, stance.J_plus, workspace_rates),
+            turns=turns,
+            level=(turns @ self._levelling(stance, yaw)).tolist(),
+            posture=stance.posture.tolist(),
+            damped=stance.damped,
+        )
 
     def is_near_singular(self, q: Any) -> Scalar:
         """Returns 1 where `rates` is damped, else 0."""
@@ -355,6 +354,16 @@ class JacobianArm:
         J = model.J_V_BE()
         J[:3] *= weight
         return error, J
+
+
+class OrientedParts(NamedTuple):
+    """Joint rates of a hand that is turned apart from its reach; one moves E."""
+
+    hand: list[Scalar]  # Move it as told, turning with its reach (n,) [rad/s].
+    turns: Any  # Turn it by 1 rad/s about each of B's axes (n, 3) [rad/s].
+    level: list[Scalar]  # Bring it level, and to its yaw (n,) [rad/s].
+    posture: list[Scalar]  # Bring the joints nearer to the posture (n,) [rad/s].
+    damped: Scalar  # 1 where the rates are damped, else 0.
 
 
 class _Stance(NamedTuple):

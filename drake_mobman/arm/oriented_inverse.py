@@ -39,8 +39,8 @@ def oriented_rates(
     """Returns joint rates that move the hand, and turn it, within the limits.
 
     Its place comes first, where not both can be had: the arm moves the hand without a
-    wrist that is at the end of its range. Room that is left goes to bringing the hand
-    back to `yaw`, and the joints to the posture.
+    wrist that is at the end of its range, and then without bringing it back to `yaw`.
+    Room that is left goes to bringing the joints back to the posture.
 
     Args:
         arm: whose joints these are.
@@ -55,18 +55,21 @@ def oriented_rates(
         The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps the hand from
         moving and turning as commanded.
     """
-    hand, turn, home, damped = arm.hand_turn_and_home_rates(q, command, yaw)
+    parts = arm.oriented_parts(q, command, yaw)
     apart = yaw_rate - command[1]
-    wanted = [a + apart * b for a, b in zip(hand, turn, strict=True)]
+    turn = parts.turns[:, 2].tolist()
+    turned = [a + apart * b for a, b in zip(parts.hand, turn, strict=True)]
+    wanted = [a + b for a, b in zip(turned, parts.level, strict=True)]
     rates, bound = bounded_rates(wanted, q, limits, period)
+    extra = parts.posture
     if bound > 0:
-        turns = arm.turn_rates(q)
-        placed = best_placed((wanted, hand), turns, arm.wrist, q, limits, period)
+        ways = wanted, turned, parts.hand
+        placed = best_placed(ways, parts.turns, arm.wrist, q, limits, period)
         if placed.gives_way:
             rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
-            home = relieved(home, dict.fromkeys(placed.held, 0.0), turns)
-    rates = filled_rates(rates, home, q, limits, period)
-    return rates, bound + damped * float(ArmStatus.SINGULAR)
+            extra = relieved(extra, dict.fromkeys(placed.held, 0.0), parts.turns)
+    rates = filled_rates(rates, extra, q, limits, period)
+    return rates, bound + parts.damped * float(ArmStatus.SINGULAR)
 
 
 @TemplateSystem.define("OrientedInverse_", T_list=[float, AutoDiffXd])

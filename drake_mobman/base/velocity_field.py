@@ -14,13 +14,13 @@ from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
-from drake_mobman.arm.limits import JointLimits
-from drake_mobman.base.turning import (
+from drake_mobman.arm.first_joint import (
     FirstJoint,
     first_joint,
     turning_share,
     unwound,
 )
+from drake_mobman.arm.limits import JointLimits
 from drake_mobman.parameters import (
     GAIN,
     LENGTH,

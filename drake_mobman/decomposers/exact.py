@@ -14,10 +14,10 @@ from pydrake.math import cos
 from pydrake.systems.framework import LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from drake_mobman.arm.first_joint import FirstJoint, first_joint, turning_share
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.turning import FirstJoint, first_joint, turning_share
 from drake_mobman.base.velocity_field import yaw_rate
 from drake_mobman.decomposers.blending import SHARES, SHARPNESS_L, SHARPNESS_PSI
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports

@@ -11,8 +11,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem_, ValueProducer
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from drake_mobman.arm.first_joint import first_joint
 from drake_mobman.arm.kinematics import ArmKinematics
-from drake_mobman.base.turning import first_joint
 from drake_mobman.base.velocity_field import (
     Reach,
     VelocityField,
