@@ -18,7 +18,7 @@ from drake_mobman.runs.output_folder import FolderError, OutputFolder
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.runs.simulate import simulated
 from drake_mobman.teleop.live import NOBODY
-from drake_mobman.teleop.recorded import COMMANDS, HEADER, write_samples
+from drake_mobman.teleop.recorded import COMMANDS, header, write_samples
 
 MOBMAN = [sys.executable, "-P", "-m", "drake_mobman.cli"]
 QUICK = ["--no-figures", "--set", "duration=0.3"]
@@ -194,7 +194,7 @@ def recording(tmp_path):
     folder = tmp_path / "runs" / "s"
     folder.mkdir(parents=True)
     with (folder / COMMANDS).open("wb") as file:
-        file.write(HEADER)
+        file.write(header(0.01))
         write_samples(file, np.tile(NOBODY, (200, 1)))
     (folder / "scenario.yaml").write_text("source: !Recording {}\n")
     return folder
@@ -532,10 +532,28 @@ def test_graph_on_a_full_disk_leaves_the_old_one(tmp_path):
 # --- Names ---------------------------------------------------------------------------
 
 
-def test_comparison_of_a_name_that_is_no_utf8_is_written(tmp_path):
-    name = os.fsdecode(b"caf\xe9")
-    (tmp_path / f"{name}.yaml").write_text('{duration: 0.3, description: "\\ud800"}')
-    command = ["compare", f"{name}.yaml", "--decomposers", "blending", "--out", "cmp"]
+@pytest.mark.parametrize(
+    ("file", "text", "says"),
+    [
+        (
+            b"caf\xe9.yaml",
+            "{duration: 0.3}",
+            "a scenario's name must be printable text",
+        ),
+        (
+            b"cafe.yaml",
+            '{description: "\\ud800"}',
+            "description: '\\ud800' is not valid",
+        ),
+    ],
+    ids=["name", "description"],
+)
+def test_comparison_of_what_cannot_be_printed_is_refused_at_once(
+    tmp_path, file, text, says
+):
+    name = os.fsdecode(file)
+    (tmp_path / name).write_text(text)
+    command = ["compare", name, "--decomposers", "blending", "--out", "cmp"]
     result = subprocess.run(
         [*MOBMAN, *command],
         cwd=tmp_path,
@@ -543,6 +561,7 @@ def test_comparison_of_a_name_that_is_no_utf8_is_written(tmp_path):
         timeout=120,
         check=False,
     )
-    assert (result.returncode, result.stderr) == (0, b"")
-    page = (tmp_path / "cmp" / name / "comparison.md").read_text("utf-8")
-    assert page.startswith("# caf\\udce9\n\n\\ud800\n")
+    assert result.returncode == 2
+    (line,) = result.stderr.decode("ascii").splitlines()
+    assert says in line
+    assert os.listdir(tmp_path) == [name]

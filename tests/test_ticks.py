@@ -125,8 +125,8 @@ def test_run_ends_with_the_sample_at_its_duration(duration):
 
 
 def test_run_of_a_single_period_is_long_enough_whatever_rounding_makes_of_it():
-    assert 0.3 < 3 * 0.1
-    overrides = ["duration=0.3", f"period={3 * 0.1}", "start.l=1"]
+    assert 0.15 < 3 * 0.05
+    overrides = ["duration=0.15", f"period={3 * 0.05}", "start.l=1"]
     log = simulate(load_scenario("kwon_1", overrides)[1]).log
     assert len(log["time"]) == 2
 
