@@ -50,7 +50,7 @@ class Worker:
             self.close()
         if self.process is None:
             self.process = subprocess.Popen(
-                [sys.executable, "-P", Path(__file__).with_name("fuzz_worker.py")],
+                [sys.executable, Path(__file__).with_name("fuzz_worker.py")],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

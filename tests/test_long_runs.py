@@ -321,7 +321,6 @@ def test_memory_does_not_grow_with_the_simulated_time(tmp_path):
         result = subprocess.run(
             [
                 sys.executable,
-                "-P",
                 "-c",
                 PEAK,
                 str(3600 * hours),

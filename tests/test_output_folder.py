@@ -20,7 +20,7 @@ from drake_mobman.runs.simulate import simulated
 from drake_mobman.teleop.live import NOBODY
 from drake_mobman.teleop.recorded import COMMANDS, header, write_samples
 
-MOBMAN = [sys.executable, "-P", "-m", "drake_mobman.cli"]
+MOBMAN = [sys.executable, "-m", "drake_mobman.cli"]
 QUICK = ["--no-figures", "--set", "duration=0.3"]
 ROOT = os.geteuid() == 0
 
@@ -481,7 +481,7 @@ def limited(size, *arguments, cwd):
         "from drake_mobman.cli import main; main()"
     )
     return subprocess.run(
-        [sys.executable, "-P", "-c", code, *arguments],
+        [sys.executable, "-c", code, *arguments],
         cwd=cwd,
         capture_output=True,
         text=True,

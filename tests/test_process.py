@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from drake_mobman.cli import app
 from drake_mobman.runs.scenario import ScenarioError, load_scenario
 
-MOBMAN = [sys.executable, "-P", "-m", "drake_mobman"]
+MOBMAN = [sys.executable, "-m", "drake_mobman"]
 COMMANDS = ["list", "run", "compare", "bench", "drive", "graph", "field"]
 TAIL = {
     "run": ["kwon_1", "--no-figures", "--set", "duration=0.05"],

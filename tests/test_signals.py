@@ -145,7 +145,7 @@ class Driver:
         command = ["run", "kwon_1", "--out", "runs", *arguments]
         spec = json.dumps({"arguments": command, "folder": str(folder)})
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-c", DRIVER, spec],
+            [sys.executable, "-c", DRIVER, spec],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -257,7 +257,7 @@ def test_killed_at_any_time_the_next_run_is_whole(tmp_path):
             kill = {"number": signal.SIGKILL, "times": 1, "share": rng.random()}
             end, folder = driver.signalled(**kill)
             assert end["status"] == -signal.SIGKILL
-            command = [sys.executable, "-P", "-m", "drake_mobman.cli"]
+            command = [sys.executable, "-m", "drake_mobman.cli"]
             again = subprocess.run(
                 [*command, "run", "kwon_1", "--out", "runs", *QUICK],
                 cwd=folder,
@@ -279,7 +279,7 @@ def test_closed_terminal_costs_nothing(tmp_path):
     )
     arguments = ["run", "kwon_1", "--out", "runs", "--set", "duration=2000"]
     process = subprocess.Popen(
-        [sys.executable, "-P", "-c", code, *arguments],
+        [sys.executable, "-c", code, *arguments],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,

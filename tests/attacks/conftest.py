@@ -23,7 +23,7 @@ from websockets.sync.client import connect
 PATIENCE = 60.0
 """Of a test that waits for what is to happen at once, on a busy machine [s]."""
 
-COMMAND = [sys.executable, "-P", "-m", "drake_mobman.cli", "drive"]
+COMMAND = [sys.executable, "-m", "drake_mobman.cli", "drive"]
 
 LATCHED, READY, ARMED = range(3)
 """What a session says of its arming."""
@@ -316,7 +316,7 @@ def running(errors, *arguments, code=None, ready=True, **options):
         ready: whether to wait until it serves, too.
         options: of the process.
     """
-    command = [sys.executable, "-P", "-c", code, "drive"] if code else COMMAND
+    command = [sys.executable, "-c", code, "drive"] if code else COMMAND
     where = () if "--port" in arguments else ("--port", "0")
     with errors.open("wb") as stderr:
         process = subprocess.Popen(

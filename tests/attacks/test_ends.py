@@ -35,7 +35,7 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 def command(*arguments, more=("-X", "importtime")):
-    module = [*more, "-P", "-m", "drake_mobman.cli"]
+    module = [*more, "-m", "drake_mobman.cli"]
     return [sys.executable, *module, "drive", *map(str, arguments), "--port", "0"]
 
 
