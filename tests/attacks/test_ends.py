@@ -170,7 +170,10 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
             stderr=subprocess.PIPE,
             text=True,
         )
-        _, errors = process.communicate(timeout=END)
+        try:
+            _, errors = process.communicate(timeout=END)
+        finally:
+            process.kill()
     why = "mobman: the address cannot be printed: No space left on device"
     assert errors.splitlines() == ([why] if kind == "full" else [])
     assert process.returncode == 1
