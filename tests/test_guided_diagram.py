@@ -150,7 +150,7 @@ def source_of(diagram, system, port):
     return source, source.get_output_port(number).get_name()
 
 
-def test_fields_only_input_is_told_from_the_joint_angles_alone():
+def test_fields_inputs_are_told_from_the_joint_angles_alone():
     diagram = make_diagram(load_scenario("petric_guided")[1], logged=False)
     field, smoother, robot = map(
         diagram.GetSubsystemByName, ("field", "smoother", "robot")
@@ -158,8 +158,9 @@ def test_fields_only_input_is_told_from_the_joint_angles_alone():
     assert source_of(diagram, robot, "base_sent") == (smoother, "base_sent")
     assert smoother.num_input_ports() == 1
     assert source_of(diagram, smoother, "base_command") == (field, "base_command")
-    assert field.num_input_ports() == 1
+    assert field.num_input_ports() == 2
     assert source_of(diagram, field, "p_BT") == (robot, "p_BT")
+    assert source_of(diagram, field, "arm_position") == (robot, "arm_position")
     # Inside the robot, p_BT is the sensor's, which gets the arm's positions alone.
     sensor, port = robot.get_output_port_locator(
         robot.GetOutputPort("p_BT").get_index()
