@@ -21,7 +21,7 @@ class FirstJoint(NamedTuple):
 
 def first_joint(q: Any, limits: Any) -> FirstJoint:
     """Returns the first joint of an arm at `q` (n,) [rad] with its `JointLimits`."""
-    return FirstJoint(q[0], float(limits.lower[0]), float(limits.upper[0]))
+    return FirstJoint(q[0], limits.lower[0], limits.upper[0])
 
 
 def unwound(phi: Scalar, joint: FirstJoint) -> Scalar:

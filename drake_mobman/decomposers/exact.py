@@ -270,10 +270,11 @@ def ExactDecomposer_(T: Any) -> Any:
             return exact_arm(*self._told(context), sent, course, self.limiter)
 
         def _told(self, context: Any) -> tuple[Any, Any, Any]:
+            # Python's own floats, which take half the time of numpy's.
             return (
-                self.command.Eval(context),
-                self.workspace.Eval(context),
-                self.arm_position.Eval(context),
+                self.command.Eval(context).tolist(),
+                self.workspace.Eval(context).tolist(),
+                self.arm_position.Eval(context).tolist(),
             )
 
         def _calc_base(self, context: Any, output: Any) -> None:
