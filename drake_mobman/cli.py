@@ -3,7 +3,6 @@
 Nothing of Drake is imported until a command needs it: `mobman --help` is quick.
 """
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
@@ -15,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from drake_mobman.output import refused
 from drake_mobman.terminal import visible
 
 app = typer.Typer(
@@ -51,13 +51,6 @@ def complain(message: object) -> None:
 def say(line: str) -> None:
     """Prints one line to the standard output, as it is."""
     console.print(visible(line), soft_wrap=True, highlight=False, markup=False)
-
-
-def give_up_output() -> None:
-    """Has what could not be written go nowhere, or Python tries it again at the end."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
-    os.close(nowhere)
 
 
 def refuse(message: object) -> NoReturn:
@@ -120,10 +113,9 @@ def run(
             if job.numbers:
                 results[name] = job.numbers
             status = status or job.status
-        with unless_gone(stop):
-            if results:
-                print_metrics(results)
-                say(f"written to {out}")
+        if results:
+            print_metrics(results)
+            say(f"written to {out}")
         raise typer.Exit(stop.status or status)
 
 
@@ -265,9 +257,8 @@ def compare_one(
     except KeyboardInterrupt:
         complain(f"{folder}: interrupted, not written")
         return INTERRUPTED
-    with unless_gone(stop):
-        print_metrics(comparison.metrics, title=name)
-        say(f"written to {folder}")
+    print_metrics(comparison.metrics, title=name)
+    say(f"written to {folder}")
     if any(run.interrupted for run in comparison.runs.values()):
         return INTERRUPTED
     died = any(run.died for run in comparison.runs.values())
@@ -402,12 +393,9 @@ def drive_one(
         served = desk(session)
         if stop():
             return interrupted(stop)
-        try:
-            say(f"drive {name} at {served.address}; Ctrl-C ends it")
-        except OSError as error:
-            complain(f"the address cannot be printed: {error.strerror}")
-            give_up_output()
-            return DIED
+        say(f"drive {name} at {served.address}; Ctrl-C ends it")
+        if refused(sys.stdout):
+            return DIED  # Nobody could find it.
         open_page(served.address)
         serve(served, stop)
     finally:
@@ -560,17 +548,6 @@ def progress_bar(name: str, total: float, unit: str = " s") -> Iterator[Any]:
     finally:
         with suppress(OSError):
             bar.stop()
-
-
-@contextmanager
-def unless_gone(stop: Any) -> Iterator[None]:
-    """Has its body print, unless the user has gone, and his terminal with him."""
-    try:
-        yield
-    except OSError:
-        if not stop():
-            raise
-        give_up_output()
 
 
 def print_metrics(results: dict[str, Any], title: str | None = None) -> None:

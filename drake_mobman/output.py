@@ -39,3 +39,9 @@ def text_on(output: Output, like: TextIO) -> TextIO:
         errors="backslashreplace",
         line_buffering=bool(getattr(like, "line_buffering", True)),
     )
+
+
+def refused(stream: TextIO) -> str:
+    """Returns why what a stream writes to was let go of; empty if it was not."""
+    raw = getattr(getattr(stream, "buffer", None), "raw", None)
+    return raw.lost if isinstance(raw, Output) else ""
