@@ -38,9 +38,12 @@ DRIFT = 1e-9
 PERIOD = 0.01
 
 
-def exact_decomposer(name, *overrides):
-    _, scenario = load_scenario(name, ["decomposer=exact", *overrides])
+def decomposer(kind, name, *overrides):
+    _, scenario = load_scenario(name, [f"decomposer={kind}", *overrides])
     return make_decomposer(scenario, RobotModel(scenario.robot))
+
+
+exact_decomposer = functools.partial(decomposer, "exact")
 
 
 def inverse(robot, by):
@@ -51,6 +54,10 @@ BLOCKS = {
     "smoother": lambda: CommandSmoother(Smoother(), PERIOD),
     "pass-through": lambda: CommandSmoother(Smoother(enabled=False), PERIOD),
     "field": lambda: VelocityFieldController(VelocityField(), FrankaTiago().reach()),
+    "field of an arm with ends": lambda: VelocityFieldController(
+        VelocityField(), Planar().reach(), RobotModel(Planar()).limits
+    ),
+    "field, decomposed": lambda: decomposer("velocityfield", "kwon_1"),
     "blending": lambda: BlendingDecomposer(Blending()),
     "switching": lambda: SwitchingDecomposer(Switching()),
     "planar sensor": lambda: WorkspaceSensor(Planar().arm()),
