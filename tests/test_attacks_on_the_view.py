@@ -30,6 +30,8 @@ from drake_mobman.meshcat import sealed_meshcat, unguessed_host
 from drake_mobman.runs.scenario import load_scenario
 from drake_mobman.teleop.gate import Arming, GateStatus
 
+pytestmark = pytest.mark.realtime
+
 PATIENCE = 30.0
 """Of a test that waits for what is to happen at once [s]."""
 

@@ -278,6 +278,7 @@ class Wire:
         self.socket.send(json.dumps(said))
 
 
+@pytest.mark.realtime
 @pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 def test_floor_in_the_browser_stands_still_for_twenty_meters(tmp_path):
     playwright_api = pytest.importorskip("playwright.sync_api")

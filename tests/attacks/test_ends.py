@@ -26,6 +26,8 @@ from drake_mobman.runs.simulate import simulate
 from drake_mobman.teleop.gate import Arming
 from drake_mobman.teleop.recorded import COMMANDS, read_samples
 
+pytestmark = pytest.mark.realtime
+
 ARMED = 2
 
 END = 120.0

@@ -13,6 +13,8 @@ from websockets.exceptions import WebSocketException
 
 from drake_mobman.console.door import SOCKETS
 
+pytestmark = pytest.mark.realtime
+
 PING = bytes([0x89, 0x80, 0, 0, 0, 0])
 PONG = bytes([0x8A, 0x80, 0, 0, 0, 0])
 

@@ -9,6 +9,8 @@ from urllib.parse import urlencode
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+pytestmark = pytest.mark.realtime
+
 ARMED = 2
 
 

@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 from drake_mobman.cli import app
 from drake_mobman.terminal import OneLine, visible
 
+pytestmark = pytest.mark.realtime
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 in_a_browser = pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")

@@ -8,6 +8,8 @@ import pytest
 
 from drake_mobman.console.door import Door
 
+pytestmark = pytest.mark.realtime
+
 SOCKETS = [
     *("/drive", "/view/"),
     "/_nicegui_ws/socket.io/?EIO=4&transport=websocket&client_id=c&tab_id=t"
