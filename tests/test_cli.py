@@ -402,6 +402,7 @@ def ended(process, number=signal.SIGINT):
     return process.returncode, stderr.removeprefix(f"mobman: {EXPOSED}\n")
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("panel", [(), ("--plain",)], ids=["page", "plain"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_drive_completes_its_recording_however_it_is_ended(tmp_path, number, panel):
@@ -416,6 +417,7 @@ def test_drive_completes_its_recording_however_it_is_ended(tmp_path, number, pan
     assert {"figures", "log.npz", "metrics.json"} < {p.name for p in folder.iterdir()}
 
 
+@pytest.mark.realtime
 def test_drive_goes_on_without_its_terminal_if_told_so_by_nohup():
     code = "import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)"
     with driving("kwon_1", "--plain", code=code) as (process, address):
@@ -447,6 +449,7 @@ session.check_finite = failing
     assert (status, line) == (1, f"mobman: kwon_1: {died}\n")
 
 
+@pytest.mark.realtime
 def test_plain_panel_needs_nothing_of_the_extra():
     code = """
 import sys
@@ -463,6 +466,7 @@ sys.meta_path.insert(0, Missing())
         assert ended(process) == (0, "")
 
 
+@pytest.mark.realtime
 def test_beyond_this_machine_it_is_found_at_the_address_that_is_printed():
     with driving("kwon_1", "--host", "0.0.0.0") as (process, address):
         host = re.match(r"http://([^/:]+):\d+/\?token=", address)[1]

@@ -21,6 +21,8 @@ import pytest
 from drake_mobman.runs.manifest import DRAFT, MANIFEST, hash_of, read_manifest
 from drake_mobman.runs.scenario import load_scenario
 
+pytestmark = pytest.mark.realtime
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 DRIVER = r"""
