@@ -329,6 +329,8 @@ def test_recording_too_short_to_be_played_back_leaves_no_folder(tmp_path):
         for wait in np.linspace(0.0, 0.05, 8):
             session.reset()
             time.sleep(wait)
+        # However busy the machine is.
+        until(lambda: session.snapshot().time > 0.1, "the last one records")
     assert session.snapshot().problem == ""
     assert (tmp_path / "session").exists()
     for folder in tmp_path.iterdir():
