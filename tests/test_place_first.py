@@ -244,9 +244,13 @@ def check_place(run):
     assert error[regular & free].max() < EXACT
     cross = np.linalg.norm(np.cross(true, told), axis=1)
     along = np.sum(true * told, axis=1)
-    asked = np.linalg.norm(told, axis=1) > SLOW
-    assert (cross[regular & asked] < 1e-6).all()
-    assert (along[regular & asked] > -1e-6).all()
+    # Slower, it is all but stopped, and goes where the last of the base's speed goes; as
+    # it does while a base speeds up or slows down to which the arm cannot give way.
+    late = np.abs(run.log["base_sent"] - run.log["base_command"]).max(axis=1)[:-1]
+    moving = regular & (np.linalg.norm(true, axis=1) > SLOW) & told.any(axis=1)
+    moving &= late < SLOW
+    assert (cross[moving] < 1e-6).all()
+    assert (along[moving] > 0).all()
 
 
 @pytest.mark.parametrize("orientation", ORIENTATIONS)
@@ -287,9 +291,14 @@ def check_never_stuck(orientation, seed, seconds):
     segments = random_history(np.random.default_rng(seed), seconds)
     run = run_of(orientation, segments, seconds)
     check_place(run)
+    # Along the coordinate that is farthest from the middle: an elbow that is low may
+    # not leave the hand out and up at once.
     l, _, z = run.log["workspace"][-1]
-    inward = math.copysign(0.1, 0.58 - l), math.copysign(0.05, -0.21 - z)
-    segments.append(Held(3.0, v_c=inward[0], v_z=inward[1]))
+    out, down = 0.58 - l, -0.21 - z
+    if abs(out) > abs(down):
+        segments.append(Held(3.0, v_c=math.copysign(0.1, out)))
+    else:
+        segments.append(Held(3.0, v_z=math.copysign(0.05, down)))
     run = run_of(orientation, segments, seconds + 2.0)
     true, told = velocities(run)
     assert np.linalg.norm(true[-1]) > 0.9 * np.linalg.norm(told[-1])
