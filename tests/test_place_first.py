@@ -244,8 +244,8 @@ def check_place(run):
     assert error[regular & free].max() < EXACT
     cross = np.linalg.norm(np.cross(true, told), axis=1)
     along = np.sum(true * told, axis=1)
-    # Slower, it is all but stopped, and goes where the last of the base's speed goes; as
-    # it does while a base speeds up or slows down to which the arm cannot give way.
+    # Slower, it is all but stopped, and goes where the last of the base's speed goes;
+    # as it does while a base gets up to a speed to which the arm cannot give way.
     late = np.abs(run.log["base_sent"] - run.log["base_command"]).max(axis=1)[:-1]
     moving = regular & (np.linalg.norm(true, axis=1) > SLOW) & told.any(axis=1)
     moving &= late < SLOW
