@@ -37,6 +37,10 @@ LOCKED = 2e-7
 SLOW = 5e-3
 """[m/s]: the hand of which no direction is asked."""
 
+NEAR = 0.3
+"""[rad]: room of a joint in which a hand and its base may be slowed down, twice half
+the way of 0.5 rad/s in the half second that the base takes to stop."""
+
 MODEL = RobotModel(FrankaTiago())
 LIMITS = MODEL.limits
 ARM = JacobianArm(MODEL.plant, POSTURE, Damping(level_gain=0.0))
@@ -235,9 +239,15 @@ def velocities(run):
 def check_place(run):
     """Checks that E does as told where no status says else, and else in its direction.
 
-    But where the arm is singular, and says so.
+    And that no joint's end slows it but those of the joints that place it. Not where
+    the arm is singular, and says so.
     """
     true, told = velocities(run)
+    q = run.log["arm_position"]
+    room = np.minimum(q - LIMITS.lower, LIMITS.upper - q)[:, : WRIST[0]].min(axis=1)
+    slowed = run.log["decomposer_status"][:, 0].astype(int)
+    slowed = slowed & DecomposerStatus.JOINT_LIMIT > 0
+    assert (room[slowed] < NEAR).all()
     regular = run.log["arm_status"][:-1, 0].astype(int) & ArmStatus.SINGULAR == 0
     free = run.log["decomposer_status"][:-1, 0] == 0
     error = np.linalg.norm(true - told, axis=1)
@@ -287,8 +297,13 @@ def random_history(rng, seconds):
 
 
 def check_never_stuck(orientation, seed, seconds):
-    """Checks a random history, and that what leads inward moves the hand after it."""
-    segments = random_history(np.random.default_rng(seed), seconds)
+    """Checks a random history, and that what leads inward moves the hand after it.
+
+    It begins with a turn that brings a hand that is held in W to the wrist's end.
+    """
+    turn = 0.4 if seed % 2 else -0.4
+    segments = [Held(8.0, v_c=0.02, omega_c=turn)]
+    segments += random_history(np.random.default_rng(seed), seconds - 8.0)
     run = run_of(orientation, segments, seconds)
     check_place(run)
     # Along the coordinate that is farthest from the middle: an elbow that is low may
