@@ -37,6 +37,9 @@ LOCKED = 2e-7
 SLOW = 5e-3
 """[m/s]: the hand of which no direction is asked."""
 
+CREEP = 0.01
+"""[m/s]: a hand as slow as that has been slowed to a stop."""
+
 NEAR = 0.3
 """[rad]: room of a joint in which a hand and its base may be slowed down, twice half
 the way of 0.5 rad/s in the half second that the base takes to stop."""
@@ -245,10 +248,13 @@ def check_place(run):
     true, told = velocities(run)
     q = run.log["arm_position"]
     room = np.minimum(q - LIMITS.lower, LIMITS.upper - q)[:, : WRIST[0]].min(axis=1)
+    regular = run.log["arm_status"][:, 0].astype(int) & ArmStatus.SINGULAR == 0
     slowed = run.log["decomposer_status"][:, 0].astype(int)
     slowed = slowed & DecomposerStatus.JOINT_LIMIT > 0
-    assert (room[slowed] < NEAR).all()
-    regular = run.log["arm_status"][:-1, 0].astype(int) & ArmStatus.SINGULAR == 0
+    # Towards a singularity, joints get fast, and brake from afar.
+    fast = np.abs(run.log["arm_velocity"]).max(axis=1) > 0.5
+    assert (room[slowed & regular & ~fast] < NEAR).all()
+    regular = regular[:-1]
     free = run.log["decomposer_status"][:-1, 0] == 0
     error = np.linalg.norm(true - told, axis=1)
     assert error[regular & free].max() < EXACT
@@ -257,7 +263,7 @@ def check_place(run):
     # Slower, it is all but stopped, and goes where the last of the base's speed goes;
     # as it does while a base gets up to a speed to which the arm cannot give way.
     late = np.abs(run.log["base_sent"] - run.log["base_command"]).max(axis=1)[:-1]
-    moving = regular & (np.linalg.norm(true, axis=1) > SLOW) & told.any(axis=1)
+    moving = regular & (np.linalg.norm(true, axis=1) > CREEP) & told.any(axis=1)
     moving &= late < SLOW
     assert (cross[moving] < 1e-6).all()
     assert (along[moving] > 0).all()
