@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Diagram
 
-from drake_mobman.runs.log import names_in_order
+from drake_mobman.runs.log import STATE, names_in_order
 
 FAILURES = (Exception, SystemExit)
 """What ends a simulation by itself; pydrake makes Drake's assertions the latter."""
@@ -24,6 +24,16 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
         if not np.isfinite(value).all():
             return name
     return ""
+
+
+def check_state_finite(diagram: Diagram, context: Any) -> None:
+    """Raises `ArithmeticError` unless the robot's state is finite.
+
+    Quicker than to ask all signals, where the log tells of those in the end.
+    """
+    for name in STATE:
+        if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
+            raise ArithmeticError(not_finite(name))
 
 
 def check_finite(diagram: Diagram, context: Any) -> None:

@@ -17,7 +17,7 @@ Log = Mapping[str, np.ndarray]
 WINDOW = 50_000
 """Samples that are worked on at a time, where a log may be longer than memory."""
 
-_STATE = (signals.BASE_POSE, signals.ARM_POSITION)
+STATE = (signals.BASE_POSE, signals.ARM_POSITION)
 """What all other signals follow from."""
 
 _NAME = "log"
@@ -166,4 +166,4 @@ def first_not_finite(log: Log) -> tuple[int, str] | None:
 def names_in_order(named: Mapping[str, Any]) -> list[str]:
     """Returns the names of signals to be finite, the robot's state before the rest."""
     names = [name for name in named if name != signals.OPERATOR_INPUT]
-    return sorted(names, key=lambda name: name not in _STATE)
+    return sorted(names, key=lambda name: name not in STATE)
