@@ -6,11 +6,8 @@ import sys
 from contextlib import suppress
 from typing import NoReturn
 
+from drake_mobman.exit_status import BAD_INPUT, DIED, INTERRUPTED
 from drake_mobman.output import Output, text_on
-
-BAD_INPUT = 2
-DIED = 1
-INTERRUPTED = 130
 
 
 def main() -> None:

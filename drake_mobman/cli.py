@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from drake_mobman.exit_status import BAD_INPUT, DIED, INTERRUPTED
 from drake_mobman.output import refused
 from drake_mobman.terminal import visible
 
@@ -28,10 +29,6 @@ app = typer.Typer(
 console = Console(emoji=False, markup=False)
 errors = Console(stderr=True, soft_wrap=True, emoji=False, markup=False)
 
-BAD_INPUT = 2
-DIED = 1
-INTERRUPTED = 130  # As a shell reports Ctrl-C.
-
 Scenarios = Annotated[
     list[str], typer.Argument(metavar="SCENARIO...", help="Names or paths.")
 ]
@@ -45,12 +42,12 @@ def complain(message: object) -> None:
     """Prints one line to the standard error."""
     line = f"mobman: {' '.join(str(message).split())}"
     with suppress(OSError):  # Of a terminal that has gone.
-        errors.print(visible(line), markup=False, highlight=False)
+        errors.print(visible(line), highlight=False)
 
 
 def say(line: str) -> None:
     """Prints one line to the standard output, as it is."""
-    console.print(visible(line), soft_wrap=True, highlight=False, markup=False)
+    console.print(visible(line), soft_wrap=True, highlight=False)
 
 
 def refuse(message: object) -> NoReturn:

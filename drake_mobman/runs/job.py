@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from drake_mobman.exit_status import DIED
 from drake_mobman.parameters import ParameterError
 from drake_mobman.runs.metrics import metrics, of_no_sample
 from drake_mobman.runs.output_folder import FolderError, OutputFolder
@@ -26,9 +27,6 @@ from drake_mobman.runs.run_folder import (
 from drake_mobman.runs.scenario import AnyScenario
 from drake_mobman.runs.simulate import Run, simulated, tick_times
 from drake_mobman.runs.stop import Stop
-
-FAILED = 1
-"""Exit status where something was not done."""
 
 PART = "log.part"
 """The log as it grows, in the folder's draft."""
@@ -192,7 +190,7 @@ class Job:
             return list(write_pictures(pictures, folder, progress, drawn))
 
     def _failed(self, line: str, *, named: bool = False) -> None:
-        self.status = self.status or FAILED
+        self.status = self.status or DIED
         self._shown.complain(line if named else f"{self.name}: {line}")
 
 
