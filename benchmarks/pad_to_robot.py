@@ -27,8 +27,8 @@ from playwright.sync_api import sync_playwright
 from drake_mobman.console import session as session_module
 from drake_mobman.console.server import Server, listening
 from drake_mobman.console.session import LiveSession
-from drake_mobman.runs.scenario import load_scenario
-from drake_mobman.runs.simulate import simulate
+from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.simulation.simulate import simulate
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = [
@@ -75,7 +75,7 @@ def latencies_and_stops():
 
     def noting(diagram, context):
         arm = diagram.GetOutputPort("arm_command").Eval(context)
-        base = diagram.GetOutputPort("base_share").Eval(context)
+        base = diagram.GetOutputPort("base_contribution").Eval(context)
         ticks.append((time.time(), arm[0] + base[0]))  # v_m + v_bm is v_c.
 
     session_module.check_finite = noting  # It is called after each tick.
@@ -106,7 +106,7 @@ def stop_time(page, session):
     most = 0.9 * session.scenario.guard.max_v_c
     read = lambda name: np.abs(session.snapshot().signals[name])  # noqa: E731
     x, y, radius = middle_of_pad(page)
-    while read("base_sent")[0] < most:
+    while read("base_command_smoothed")[0] < most:
         page.wait_for_timeout(20)
         if page.get_attribute("html", "data-arming") == "latched":  # By a hitch.
             page.mouse.up()
@@ -173,7 +173,7 @@ def lasts(name, minutes):
     """Drives by the command line and a scripted browser, and prints how it went."""
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / name
-        command = [sys.executable, "-u", "-m", "drake_mobman.cli", "drive", name]
+        command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive", name]
         process = subprocess.Popen(
             [*command, "--port", "0", "--record", str(folder)],
             stdout=subprocess.PIPE,

@@ -6,7 +6,7 @@ from typing import Any
 from pydrake.systems.framework import Diagram
 
 from drake_mobman.parameters import ParameterError
-from drake_mobman.runs.scenario import AnyScenario, Guided, ScenarioError
+from drake_mobman.scenario.scenario import AnyScenario, Guided, ScenarioError
 
 from .guided import make_guided_diagram
 from .teleop import make_teleop_diagram

@@ -7,13 +7,13 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, PortSwitch
 
 from drake_mobman import signals
-from drake_mobman.teleop.choice import Change, Chooser, Fade
+from drake_mobman.teleop.choice import ControllerSelector, CrossFade, Transition
 
 FLAGS = (signals.DECOMPOSER_STATUS, signals.FIELD_ZONE)
 """Signals that are sums of flags: there is nothing between two of them."""
 
 
-def make_choice(blocks: Sequence[Any], change: Change, period: float) -> Diagram:
+def make_choice(blocks: Sequence[Any], change: Transition, period: float) -> Diagram:
     """Returns a block that does what the chosen one of `blocks` does.
 
     .. pydrake_system::
@@ -40,7 +40,9 @@ def make_choice(blocks: Sequence[Any], change: Change, period: float) -> Diagram
         ParameterError: where a parameter is not valid.
     """
     builder = DiagramBuilder()
-    chooser = builder.AddNamedSystem("chooser", Chooser(len(blocks), change, period))
+    chooser = builder.AddNamedSystem(
+        "chooser", ControllerSelector(len(blocks), change, period)
+    )
     for i, block in enumerate(blocks):
         builder.AddNamedSystem(f"{i}", block)
     _export_inputs(builder, [chooser, *blocks])
@@ -55,7 +57,7 @@ def make_choice(blocks: Sequence[Any], change: Change, period: float) -> Diagram
         if name in FLAGS:
             builder.ExportOutput(switch("now"), name)
             continue
-        fade = builder.AddNamedSystem(name, Fade(size))
+        fade = builder.AddNamedSystem(name, CrossFade(size))
         builder.Connect(handover, fade.handover)
         builder.Connect(switch("before"), fade.before)
         builder.Connect(switch("now"), fade.now)

@@ -12,15 +12,15 @@ from drake_mobman.base.smoother import CommandSmoother
 from drake_mobman.base.velocity_field import VelocityFieldController
 from drake_mobman.guidance.guiding_hand import GuidingHand
 from drake_mobman.guidance.tool_sensor import ToolSensor
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.robot import make_robot
-from drake_mobman.runs.scenario import Guided
+from drake_mobman.scenario.scenario import Guided
 from drake_mobman.teleop.drag import Draggable
 from drake_mobman.teleop.led_hand import LedHand
 
 from .choice import make_choice
 from .operator import add_operator, operator_of
-from .wiring import as_wanted, connect_by_name, finished, outputs
+from .wiring import build_and_export, connect_by_name, maybe_compiled, outputs
 
 
 def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
@@ -41,7 +41,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
         - tool_velocity
         - base_command
         - field_zone
-        - base_sent
+        - base_command_smoothed
         - base_pose
         - base_velocity
         - arm_position
@@ -64,12 +64,12 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
     add = builder.AddNamedSystem
 
     operator = operator_of(scenario)
-    wanted = as_wanted(scenario)
+    wanted = maybe_compiled(scenario)
     if operator:
         hand = add("hand", LedHand(scenario.hand, scenario.drag, model, period))
     else:
         tool = model.plant.GetBodyByName("tool").index()
-        pulling = GuidingHand(scenario.hand, period, tool, as_wanted=wanted)
+        pulling = GuidingHand(scenario.hand, period, tool, maybe_compiled=wanted)
         hand = add("hand", pulling)
     sensor = add("tool_sensor", ToolSensor(model))
     reach = scenario.robot.reach()
@@ -77,7 +77,9 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
         wanted(VelocityFieldController(one, reach, model.limits))
         for one in (scenario.controllers if operator else [scenario.field])
     ]
-    chosen = make_choice(fields, scenario.change, period) if fields[1:] else fields[0]
+    chosen = (
+        make_choice(fields, scenario.transition, period) if fields[1:] else fields[0]
+    )
     field = add("field", chosen)
     smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
     # Last: blocks are updated in order, and Python that runs on is quicker.
@@ -89,7 +91,7 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
             period,
             scenario.fidelity,
             free_arm=True,
-            as_wanted=wanted,
+            maybe_compiled=wanted,
         ),
     )
     systems = [hand, robot, sensor, field, smoother]
@@ -98,4 +100,4 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
         arm = Draggable(frozenset(model.arm_bodies.values()), scenario.drag)
         ports = add_operator(builder, scenario, operator, ports, arm)
     connect_by_name(builder, ports, systems)
-    return finished(builder, "guided", ports, period, logged=logged)
+    return build_and_export(builder, "guided", ports, period, logged=logged)

@@ -3,12 +3,12 @@
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_mobman import signals
-from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.scenario.scenario import AnyScenario
 from drake_mobman.teleop.drag import NO_BODY, Draggable
 from drake_mobman.teleop.gate import CommandGate
 from drake_mobman.teleop.live import LiveSource, Operator
 from drake_mobman.teleop.recorded import RecordedSource, Recording
-from drake_mobman.teleop.standstill import Standstill
+from drake_mobman.teleop.stop_ramp import StopRamp
 
 from .wiring import Ports, connect_by_name, outputs
 
@@ -52,7 +52,7 @@ def add_operator(
     gate = add("gate", CommandGate(scenario.gate, scenario.guard, period, draggable))
     connect_by_name(builder, outputs([source]), [gate])
     ports = ports | outputs([source, gate])
-    standstill = add("standstill", Standstill(scenario.guard, period))
+    standstill = add("standstill", StopRamp(scenario.guard, period))
     connect_by_name(builder, ports, [standstill])
     asked = ports[signals.BASE_COMMAND]
     name = f"{asked.get_system().get_name()}.{signals.BASE_COMMAND}"

@@ -24,23 +24,23 @@ from drake_mobman.decomposers.field import FieldDecomposer
 from drake_mobman.decomposers.limiter import Limiter
 from drake_mobman.decomposers.qp import Qp, QpDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.robot import make_robot
-from drake_mobman.runs.scenario import Teleop
+from drake_mobman.scenario.scenario import Teleop
 from drake_mobman.teleop.guard import CommandGuard
 from drake_mobman.teleop.scripted import Script, ScriptedSource
 
 from .choice import make_choice
 from .operator import add_operator, operator_of
-from .wiring import Ports, as_wanted, connect_by_name, finished, outputs
+from .wiring import Ports, build_and_export, connect_by_name, maybe_compiled, outputs
 
 
 def make_decomposer(scenario: Teleop, model: RobotModel) -> Any:
     """Returns the decomposer that the scenario names."""
     params, robot, limits = scenario.decomposer, scenario.robot, model.limits
     arm, period = robot.arm(), scenario.period
-    shared = scenario.workspace, scenario.projection, arm.joints
+    shared = scenario.workspace, scenario.projection, arm.num_joints
     match params:
         case Exact():
             return ExactDecomposer(
@@ -64,14 +64,14 @@ def make_decomposers(scenario: Teleop, model: RobotModel) -> Any:
 
     There is a choice where there is an operator to choose.
     """
-    wanted, period = as_wanted(scenario), scenario.period
+    wanted, period = maybe_compiled(scenario), scenario.period
     operated = operator_of(scenario)
     params = scenario.controllers if operated else [scenario.decomposer]
     blocks = [
         wanted(make_decomposer(dc.replace(scenario, decomposer=one), model))
         for one in params
     ]
-    return make_choice(blocks, scenario.change, period) if blocks[1:] else blocks[0]
+    return make_choice(blocks, scenario.transition, period) if blocks[1:] else blocks[0]
 
 
 def make_arm_inverse(scenario: Teleop, model: RobotModel) -> Any:
@@ -91,7 +91,7 @@ def add_guarded(builder: DiagramBuilder, scenario: Teleop) -> Ports:
     if isinstance(scenario.source, Script):
         # A script is finite throughout; a program need not be, and what is compiled
         # would end the simulation.
-        guard = builder.AddNamedSystem("guard", as_wanted(scenario)(guard))
+        guard = builder.AddNamedSystem("guard", maybe_compiled(scenario)(guard))
         ports = outputs([guard])
         source = builder.AddNamedSystem(
             "source", ScriptedSource(scenario.source, scenario.period)
@@ -123,9 +123,9 @@ def make_teleop_diagram(
         - ee_command
         - guard_status
         - base_command
-        - base_share
+        - base_contribution
         - arm_command
-        - base_sent
+        - base_command_smoothed
         - arm_velocity_command
         - arm_status
         - base_pose
@@ -150,7 +150,7 @@ def make_teleop_diagram(
     builder = DiagramBuilder()
     add = builder.AddNamedSystem
 
-    wanted = as_wanted(scenario)
+    wanted = maybe_compiled(scenario)
 
     decomposer = add("decomposer", decomposer or make_decomposers(scenario, model))
     smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
@@ -162,7 +162,7 @@ def make_teleop_diagram(
             start,
             period,
             scenario.fidelity,
-            as_wanted=wanted,
+            maybe_compiled=wanted,
         ),
     )
 
@@ -174,4 +174,4 @@ def make_teleop_diagram(
     blocks = [decomposer, smoother, arm, robot]
     # Nobody pushes.
     connect_by_name(builder, ports, blocks, left_open=[signals.SPATIAL_FORCES])
-    return finished(builder, "teleop", ports, period, logged=logged)
+    return build_and_export(builder, "teleop", ports, period, logged=logged)

@@ -7,14 +7,14 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 
 from drake_mobman import signals
 from drake_mobman.compiled import compiled
-from drake_mobman.runs.log import log_signals
-from drake_mobman.runs.scenario import Scenario
+from drake_mobman.scenario.scenario import Scenario
+from drake_mobman.simulation.log import log_signals
 
 Ports = dict[str, Any]
 """Output ports by the name of the signal that they put out."""
 
 
-def as_wanted(scenario: Scenario) -> Callable[[Any], Any]:
+def maybe_compiled(scenario: Scenario) -> Callable[[Any], Any]:
     """Returns what makes of a block the one that goes into the scenario's diagram."""
     return compiled if scenario.compiled else lambda block: block
 
@@ -59,7 +59,7 @@ def connect_by_name(
                 )
 
 
-def finished(
+def build_and_export(
     builder: DiagramBuilder, name: str, ports: Ports, period: float, *, logged: bool
 ) -> Diagram:
     """Returns the diagram, with every vector signal exported, and logged if wanted.

@@ -49,7 +49,7 @@ def run() -> None:
         say(f"the working folder is gone: {error.strerror}")
         sys.exit(BAD_INPUT)
 
-    from drake_mobman.cli import app  # noqa: PLC0415 - After all there is to set up.
+    from drake_mobman.cli.app import app  # noqa: PLC0415 - After all there is to set up.
 
     try:
         app(prog_name="mobman")

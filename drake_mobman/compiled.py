@@ -19,7 +19,7 @@ from pydrake.systems.primitives import (
     SymbolicVectorSystem,
 )
 
-from drake_mobman.subexpressions import Named, with_names
+from drake_mobman.subexpressions import Named, eliminate_common_subexpressions
 
 
 def compiled(block: Any) -> Any:
@@ -86,10 +86,12 @@ class _Laws:
             alike.setdefault(frozenset(takes), []).append(name)
         return list(alike.values())
 
-    def with_names(self) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
+    def eliminate_common_subexpressions(
+        self,
+    ) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
         """Returns update and outputs, and what they have in common."""
         every = [self.update, *self.outputs.values()]
-        named, flat = with_names([e for law in every for e in law])
+        named, flat = eliminate_common_subexpressions([e for law in every for e in law])
         rest = iter(flat)
         update, *outputs = ([next(rest) for _ in law] for law in every)
         return update, dict(zip(self.outputs, outputs, strict=True)), named
@@ -104,7 +106,7 @@ class _Compiled(Diagram):
 
     def __init__(self, block: Any, laws: _Laws) -> None:
         super().__init__()
-        update, outputs, named = laws.with_names()
+        update, outputs, named = laws.eliminate_common_subexpressions()
         groups = _grouped(named, laws)
         vectors: dict[Any, Any] = dict(laws.inputs)
         if update:

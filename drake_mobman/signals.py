@@ -3,7 +3,7 @@
 EE_COMMAND = "ee_command"
 """3: `v_c` [m/s] along the reach S->E, `omega_c` [rad/s] turning it, `v_z` [m/s] up."""
 
-WORKSPACE = "workspace"
+EE_CYLINDRICAL = "ee_cylindrical"
 """3: `l` [m], `psi` [rad], `z` [m], cylindrical coordinates of p_SE in B's axes.
 
 psi goes on past half a turn, without a jump where the arm points backwards.
@@ -15,10 +15,10 @@ P_BT = "p_BT"
 BASE_COMMAND = "base_command"
 """2: `v_b` [m/s] forward, `omega_b` [rad/s]: what a controller wants of the base."""
 
-BASE_SHARE = "base_share"
+BASE_CONTRIBUTION = "base_contribution"
 """2: `v_bm` [m/s], `omega_b` [rad/s]: the part of `ee_command` left to the base."""
 
-BASE_SENT = "base_sent"
+BASE_COMMAND_SMOOTHED = "base_command_smoothed"
 """2: `base_command` after smoothing and limits: what the base gets."""
 
 ARM_COMMAND = "arm_command"

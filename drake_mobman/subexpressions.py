@@ -24,7 +24,7 @@ class Named:
     level: int
 
 
-def with_names(
+def eliminate_common_subexpressions(
     laws: Sequence[Expression], worth: int = _WORTH
 ) -> tuple[list[Named], list[Expression]]:
     """Returns named subexpressions, and the laws in terms of them.

@@ -4,14 +4,14 @@ Wired as `make_teleop_diagram` wires it, without source and guard: these take fl
 only, and all else here takes `AutoDiffXd`.
 """
 
-from drake_mobman.diagrams.wiring import connect_by_name, finished, outputs
+from drake_mobman.diagrams.wiring import build_and_export, connect_by_name, outputs
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.robot import make_robot
 
@@ -40,4 +40,4 @@ def make_blended_loop(blending: Blending, smoother: Smoother, l: float) -> Diagr
     connect_by_name(builder, ports, systems, left_open=[signals.EE_COMMAND])
     command = systems[0].GetInputPort(signals.EE_COMMAND)
     builder.ExportInput(command, signals.EE_COMMAND)
-    return finished(builder, "blended loop", ports, PERIOD, logged=False)
+    return build_and_export(builder, "blended loop", ports, PERIOD, logged=False)

@@ -29,7 +29,7 @@ from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.share import Projection, Workspace
+from drake_mobman.decomposers.share import Projection, WorkspaceLimits
 from drake_mobman.robots.planar import Planar
 
 V_C = 0.3
@@ -49,14 +49,14 @@ def linearized(blending: Blending, smoother: Smoother, s: list[float]) -> np.nda
     context.SetDiscreteState(1, np.array([*z[2:5], *arm.inverse([z[5], z[6], 0.0])]))
     loop.GetInputPort(signals.EE_COMMAND).FixValue(context, np.array([*z[7:], 0.0]))
     after = loop.EvalUniquePeriodicDiscreteUpdate(context)
-    l, psi, _ = arm.workspace(after.value(1)[3:])
+    l, psi, _ = arm.ee_cylindrical(after.value(1)[3:])
     return ExtractGradient(np.array([*after.value(0), *after.value(1)[:3], l, psi]))
 
 
 def by_hand(blending: Blending, smoother: Smoother) -> tuple[list[float], np.ndarray]:
     """Returns s at L_max, where the base drives its share, and the same matrix."""
     alpha, beta, a, h = blending.alpha, blending.beta, smoother.smoothing, PERIOD
-    limits, sigma = Workspace(), Projection().sigma
+    limits, sigma = WorkspaceLimits(), Projection().sigma
     ridge = math.exp(-((math.pi / 2 / sigma) ** 2))
     kappa, slope = 1 - ridge, -ridge * math.pi / sigma**2
     nu = 1 / (1 + math.exp(2 * beta * limits.psi_max))  # 0.5 tanh(-beta psi_max) + 0.5.

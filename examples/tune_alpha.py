@@ -24,11 +24,11 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.scalars import Scalar, larger
 
 V_C, T = 0.3, 6.0  # The push [m/s], and how long it lasts [s].
-L_MAX = Workspace().l_max
+L_MAX = WorkspaceLimits().l_max
 START = L_MAX - 0.4  # Reach at the start [m].
 EXCESS = 0.1  # Past L_max [m], as bad as
 ACCELERATION = 0.1  # this of the base's command [m/s^2].
@@ -43,7 +43,7 @@ def cost(alpha: Scalar) -> Scalar:
     )
     push = builder.AddSystem(ConstantVectorSource([V_C, 0.0, 0.0]))
     builder.Connect(push.get_output_port(), loop.get_input_port())
-    for name in (signals.WORKSPACE, signals.BASE_SENT):
+    for name in (signals.EE_CYLINDRICAL, signals.BASE_COMMAND_SMOOTHED):
         log = LogVectorOutput(loop.GetOutputPort(name), builder, PERIOD)
         log.set_name(name)
     diagram = builder.Build()
@@ -53,7 +53,7 @@ def cost(alpha: Scalar) -> Scalar:
     simulator.AdvanceTo(T)
     l, v_b = (
         diagram.GetSubsystemByName(name).FindLog(simulator.get_context()).data()[0]
-        for name in (signals.WORKSPACE, signals.BASE_SENT)
+        for name in (signals.EE_CYLINDRICAL, signals.BASE_COMMAND_SMOOTHED)
     )
     excess = np.array([larger(x - L_MAX, 0.0) for x in l]) / EXCESS
     acceleration = np.diff(v_b) / PERIOD / ACCELERATION

@@ -14,14 +14,14 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from drake_mobman.runs.scenario import (
+from drake_mobman.scenario.scenario import (
     AnyScenario,
     External,
     ScenarioError,
     load_scenario,
 )
-from drake_mobman.runs.schema import dump_typed, load_typed, load_yaml
-from drake_mobman.runs.simulate import simulate
+from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.recorded import Recording
 
 TICKS = 3

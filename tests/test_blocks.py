@@ -8,8 +8,8 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 from pydrake.symbolic import Evaluate, Expression, MakeVectorVariable
 
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
+from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.arm.limits import JointLimits
-from drake_mobman.arm.workspace_sensor import WorkspaceSensor
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
@@ -64,16 +64,16 @@ def decomposer(name, make, joints):
         functools.partial(make, joints=joints),
         {
             "ee_command": ([0.3, -0.2, 0.1], [-0.1, 0.4, -0.2]),
-            "workspace": ([1.57, -0.66, 0.1], [0.43, 0.68, 0.3]),
+            "ee_cylindrical": ([1.57, -0.66, 0.1], [0.43, 0.68, 0.3]),
             "arm_position": (BEND[joints], OTHER_BEND[joints]),
-            "base_sent": ([0.1, 0.05], [-0.2, 0.3]),
+            "base_command_smoothed": ([0.1, 0.05], [-0.2, 0.3]),
         },
-        {"base_command": 2, "base_share": 2, "arm_command": 3},
+        {"base_command": 2, "base_contribution": 2, "arm_command": 3},
     )
 
 
 def inverse(arm, by):
-    n = arm.joints
+    n = arm.num_joints
     return Case(
         f"ClosedFormInverse, {type(arm).__name__}, by {by}",
         functools.partial(ClosedFormInverse, arm, WIDE[n], PERIOD, by),
@@ -86,12 +86,12 @@ def inverse(arm, by):
 
 
 def sensor(arm, *at_start):
-    n = arm.joints
+    n = arm.num_joints
     return Case(
-        f"WorkspaceSensor, {type(arm).__name__}{', free' if at_start else ''}",
-        functools.partial(WorkspaceSensor, arm, *at_start),
+        f"EndEffectorSensor, {type(arm).__name__}{', free' if at_start else ''}",
+        functools.partial(EndEffectorSensor, arm, *at_start),
         {"arm_position": (BEND[n], OTHER_BEND[n])},
-        {"workspace": 3, "p_BT": 3},
+        {"ee_cylindrical": 3, "p_BT": 3},
         ([2.0], [9.0]) if at_start else None,
     )
 
@@ -101,7 +101,7 @@ def smoother(params, *, state):
         f"CommandSmoother, {'on' if params.enabled else 'off'}",
         functools.partial(CommandSmoother, params, PERIOD),
         {"base_command": ([0.12, -0.11], [-0.3, 0.2])},
-        {"base_sent": 2},
+        {"base_command_smoothed": 2},
         state,
     )
 
@@ -112,7 +112,7 @@ def robot(n):
         f"KinematicRobot, {n} joints",
         functools.partial(KinematicRobot, start, PERIOD),
         {
-            "base_sent": ([0.3, -0.2], [-0.1, 0.4]),
+            "base_command_smoothed": ([0.3, -0.2], [-0.1, 0.4]),
             "arm_velocity_command": ([0.1] * n, [-0.2] * n),
         },
         {"base_pose": 3, "base_velocity": 3, "arm_position": n, "arm_velocity": n},
@@ -170,17 +170,17 @@ def test_ports_are_those_of_the_contract(case):
 
 
 NEEDED = {
-    "base_command": {"ee_command", "workspace"},
-    "base_share": {"ee_command", "workspace"},
-    "arm_command": {"ee_command", "workspace", "base_sent"},
-    "base_sent": {"base_command"},
+    "base_command": {"ee_command", "ee_cylindrical"},
+    "base_contribution": {"ee_command", "ee_cylindrical"},
+    "arm_command": {"ee_command", "ee_cylindrical", "base_command_smoothed"},
+    "base_command_smoothed": {"base_command"},
     "arm_velocity_command": {"arm_command", "arm_position"},
     "arm_status": {"arm_command", "arm_position"},
-    "workspace": {"arm_position"},
+    "ee_cylindrical": {"arm_position"},
     "p_BT": {"arm_position"},
     "base_pose": set(),
     "arm_position": set(),
-    "base_velocity": {"base_sent"},
+    "base_velocity": {"base_command_smoothed"},
     "arm_velocity": {"arm_velocity_command"},
 }
 """Inputs that each output is to look at; a decomposer may look at more."""

@@ -13,20 +13,20 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import DampedInverse
-from drake_mobman.arm.workspace_sensor import WorkspaceSensor
+from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import KinematicRobot
-from drake_mobman.robots.model import RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.runs.scenario import load_scenario
-from drake_mobman.runs.simulate import simulate
+from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.guard import CommandGuard, Guard
 
 ROUNDING = 1e-12
@@ -60,10 +60,10 @@ BLOCKS = {
     "field, decomposed": lambda: decomposer("velocityfield", "kwon_1"),
     "blending": lambda: BlendingDecomposer(Blending()),
     "switching": lambda: SwitchingDecomposer(Switching()),
-    "planar sensor": lambda: WorkspaceSensor(Planar().arm()),
-    "spatial sensor": lambda: WorkspaceSensor(Spatial().arm()),
-    "franka sensor": lambda: WorkspaceSensor(FrankaTiago().arm()),
-    "free arm's sensor": lambda: WorkspaceSensor(FrankaTiago().arm(), 2.0, PERIOD),
+    "planar sensor": lambda: EndEffectorSensor(Planar().arm()),
+    "spatial sensor": lambda: EndEffectorSensor(Spatial().arm()),
+    "franka sensor": lambda: EndEffectorSensor(FrankaTiago().arm()),
+    "free arm's sensor": lambda: EndEffectorSensor(FrankaTiago().arm(), 2.0, PERIOD),
     "exact, planar": lambda: exact_decomposer("kwon_arbitrary"),
     "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother.enabled=true"),
     "planar inverse": lambda: inverse(Planar(), by="positions"),

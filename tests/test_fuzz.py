@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.runs.scenario import AnyScenario, load_scenario, scenario_paths
+from drake_mobman.scenario.scenario import AnyScenario, load_scenario, scenario_paths
 
 PATIENCE = 60.0
 """How long a case may take [s]: on a busy machine, the longest takes ten."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydrake.symbolic import Expression, Variable, atan2, cos, if_then_else, sin
 from pydrake.symbolic import max as larger
 
-from drake_mobman.subexpressions import with_names
+from drake_mobman.subexpressions import eliminate_common_subexpressions
 
 X, Y = Variable("x"), Variable("y")
 
@@ -33,20 +33,20 @@ def value(names, law, x, y):
 @given(x=st.floats(-2, 2), y=st.floats(-2, 2), worth=st.sampled_from([2, 10, 1000]))
 def test_values_stay_the_same_to_the_last_bit(x, y, worth):
     laws = [tree(3), tree(4) * Y, Expression(7.0), 1 * Y]
-    names, rewritten = with_names(laws, worth)
+    names, rewritten = eliminate_common_subexpressions(laws, worth)
     for law, other in zip(laws, rewritten, strict=True):
         assert value(names, other, x, y) == law.Evaluate({X: x, Y: y})
 
 
 def test_an_expression_that_doubles_each_time_is_told_in_a_line_each():
     depth = 6
-    names, (law,) = with_names([tree(depth)])
+    names, (law,) = eliminate_common_subexpressions([tree(depth)])
     assert len(str(tree(depth))) > 100_000
     assert len(str(law)) + sum(len(str(n.law)) for n in names) < 5_000
 
 
 def test_levels_say_what_is_built_on_what():
-    names, _ = with_names([tree(5)])
+    names, _ = eliminate_common_subexpressions([tree(5)])
     levels = {n.variable.get_id(): n.level for n in names}
     for named in names:
         below = [levels.get(v.get_id(), -1) for v in named.law.GetVariables()]
@@ -54,13 +54,16 @@ def test_levels_say_what_is_built_on_what():
 
 
 def test_what_is_used_once_gets_no_name():
-    assert with_names([sin(X) + cos(Y), 3 * X], worth=1)[0] == []
+    assert eliminate_common_subexpressions([sin(X) + cos(Y), 3 * X], worth=1)[0] == []
 
 
 def test_constants_are_not_taken_for_variables_that_are_numbered_alike():
     number = float(X.get_id())
     law = number * X + sin(number * Y) + larger(number + 0 * X, Y)
-    _, (rewritten,) = with_names([law, law], worth=1)[0], with_names([law])[1]
+    _, (rewritten,) = (
+        eliminate_common_subexpressions([law, law], worth=1)[0],
+        eliminate_common_subexpressions([law])[1],
+    )
     at = {X: 0.3, Y: 0.7}
     assert rewritten.Evaluate(at) == pytest.approx(
         number * 0.3 + math.sin(number * 0.7) + max(number, 0.7)

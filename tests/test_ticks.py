@@ -18,17 +18,17 @@ from pydrake.systems.primitives import (
 )
 
 from drake_mobman.base.smoother import smoothed
-from drake_mobman.decomposers.solved import braking_factor
+from drake_mobman.decomposers.optimization import braking_factor
 from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo, make_servo_robot
-from drake_mobman.runs.scenario import load_scenario
-from drake_mobman.runs.simulate import simulate
+from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.choice import Handover, next_handover
 from drake_mobman.teleop.guard import CommandGuard, Guard, GuardStatus, braked
 from drake_mobman.teleop.scripted import Held, Script, ScriptedSource, Smooth
-from drake_mobman.teleop.standstill import next_share
+from drake_mobman.teleop.stop_ramp import next_share
 from drake_mobman.ticks import aligned, at_tick, last_tick, whole_steps
 
 MILLIS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 20, 25, 30, 40, 50, 70, 90, 100]
@@ -204,7 +204,7 @@ class Straight(LeafSystem):
         self.DeclareVectorInputPort("ee_command", 3)
         for name, value in (
             ("base_command", [0.2, 0.0]),
-            ("base_share", [0.2, 0.0]),
+            ("base_contribution", [0.2, 0.0]),
             ("arm_command", [0.0] * 3),
         ):
             self.DeclareVectorOutputPort(

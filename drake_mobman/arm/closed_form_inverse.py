@@ -26,7 +26,7 @@ def rates_by_positions(
     Returns:
         The rates (n,) [rad/s], and the `ArmStatus` flags.
     """
-    now = arm.workspace(q)
+    now = arm.ee_cylindrical(q)
     target = [x + rate * period for x, rate in zip(now, command, strict=True)]
     moves = zip(q, arm.inverse(target), strict=True)
     rates = [(after - before) / period for before, after in moves]
@@ -79,7 +79,7 @@ def ClosedFormInverse_(T: Any) -> Any:
                 raise ParameterError("by", by, f"must be one of {', '.join(INVERSES)}")
             self.arm, self.limits, self.by = arm, limits, by
             self.period = checked_period(period)
-            declare_inverse_ports(self, arm.joints, self._invert)
+            declare_inverse_ports(self, arm.num_joints, self._invert)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(

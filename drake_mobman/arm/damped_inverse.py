@@ -41,7 +41,7 @@ def rates_within_limits(
     hand, extra, damped = arm.hand_and_posture_rates(q, command)
     rates, bound = bounded_rates(hand, q, limits, period)
     if bound >= float(ArmStatus.JOINT_LIMIT):
-        parts = arm.oriented_parts(q, command, arm.workspace(q)[1])
+        parts = arm.oriented_parts(q, command, arm.ee_cylindrical(q)[1])
         ways = hand, parts.hand
         placed = best_placed(ways, parts.turns, arm.wrist, q, limits, period)
         if placed.gives_way:
@@ -82,7 +82,7 @@ def DampedInverse_(T: Any) -> Any:
             LeafSystem_[T].__init__(self, converter=converter)
             self.arm, self.limits = arm, limits
             self.period = checked_period(period)
-            declare_inverse_ports(self, arm.joints, self._invert)
+            declare_inverse_ports(self, arm.num_joints, self._invert)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             Impl._construct(

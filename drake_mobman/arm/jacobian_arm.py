@@ -150,7 +150,7 @@ class JacobianArm:
         self.damping = checked(damping or Damping())
         self._p_BT, self._p_SE = p_BT, p_SE
         self.posture = np.array(posture, dtype=float)
-        self.joints = n = len(self.posture)
+        self.num_joints = n = len(self.posture)
         if n < 6:
             raise ValueError(f"a level hand takes six joints, and the arm has {n}")
         self._lower = plant.GetPositionLowerLimits()[-n:]
@@ -176,7 +176,7 @@ class JacobianArm:
         turned_back = _turned(-self.posture[0] - self._bearing)
         self._R_level = turned_back @ X_BE.rotation().matrix()
 
-    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+    def ee_cylindrical(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the tool."""
         if self._p_SE:
             x, y, z = self._p_SE(q)
@@ -272,7 +272,7 @@ class JacobianArm:
     def is_in_reach(self, workspace: Any) -> bool:
         """Returns whether `inverse` brings the hand to `workspace`, and level."""
         q, error = self._nearest(workspace)
-        missed = np.abs(np.subtract(self.workspace(q), workspace))
+        missed = np.abs(np.subtract(self.ee_cylindrical(q), workspace))
         return bool(max(error, *missed) < _REACHED)
 
     def _stance(self, q: Any) -> "_Stance":
@@ -302,7 +302,7 @@ class JacobianArm:
         scalar = AutoDiffXd if isinstance(q[0], AutoDiffXd) else float
         if scalar not in self._models:
             plant = self._models[float].plant.ToScalarType[scalar]()
-            self._models[scalar] = _Model(plant, self.joints)
+            self._models[scalar] = _Model(plant, self.num_joints)
         model = self._models[scalar]
         model.set(q)
         return model

@@ -12,7 +12,7 @@ class ArmKinematics(Protocol):
     """
 
     @property
-    def joints(self) -> int:
+    def num_joints(self) -> int:
         """Returns n."""
 
     @property
@@ -23,7 +23,7 @@ class ArmKinematics(Protocol):
     def wrist(self) -> tuple[int, ...]:
         """Returns the joints that only the orientation needs, where that can give."""
 
-    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+    def ee_cylindrical(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the end effector E for joint angles `q` (n,)."""
 
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:

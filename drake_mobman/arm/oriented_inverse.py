@@ -89,7 +89,7 @@ def OrientedInverse_(T: Any) -> Any:
             - arm_command
             - arm_position
             - ee_command
-            - base_sent
+            - base_command_smoothed
             - base_pose
             output_ports:
             - arm_velocity_command
@@ -125,9 +125,11 @@ def OrientedInverse_(T: Any) -> Any:
                 raise ParameterError("orientation", orientation, valid)
             self.arm, self.limits, self.orientation = arm, limits, orientation
             self.period = checked_period(period)
-            declare_inverse_ports(self, arm.joints, self._invert)
+            declare_inverse_ports(self, arm.num_joints, self._invert)
             self.ee_command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
-            self.base_sent = self.DeclareVectorInputPort(signals.BASE_SENT, 2)
+            self.base_command_smoothed = self.DeclareVectorInputPort(
+                signals.BASE_COMMAND_SMOOTHED, 2
+            )
             self.base_pose = self.DeclareVectorInputPort(signals.BASE_POSE, 3)
             self.DeclareDiscreteState(1)
             self.DeclareInitializationDiscreteUpdateEvent(self._start)
@@ -167,7 +169,7 @@ def OrientedInverse_(T: Any) -> Any:
                 self.arm,
                 self.position.Eval(context),
                 self.command.Eval(context),
-                omega_W - self.base_sent.Eval(context)[1],
+                omega_W - self.base_command_smoothed.Eval(context)[1],
                 yaw - self.base_pose.Eval(context)[2],
                 self.limits,
                 self.period,

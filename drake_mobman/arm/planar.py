@@ -20,17 +20,17 @@ class PlanarArm:
     upper: float  # From shoulder to elbow [m].
     lower: float  # From elbow to tip [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
-    joints: int = 2
+    num_joints: int = 2
     wrist: tuple[int, ...] = ()  # None: the orientation is given by the place.
 
-    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+    def ee_cylindrical(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z; z is 0 throughout."""
         psi = q[0] + two_link.direction(q[1], self.upper, self.lower)
         return two_link.reach(q[1], self.upper, self.lower), psi, 0.0 * q[0]
 
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the tip's position in B."""
-        l, psi, z = self.workspace(q)
+        l, psi, z = self.ee_cylindrical(q)
         d, y, l_0 = self.p_BS
         return d + l * cos(psi), y + l * sin(psi), l_0 + z
 

@@ -22,10 +22,10 @@ class SpatialArm:
     lower: float  # From elbow to the wrist's centre [m].
     hand: float  # From the wrist's centre to the tool [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
-    joints: int = 6
+    num_joints: int = 6
     wrist: tuple[int, ...] = ()  # None: the orientation is given by the place.
 
-    def workspace(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+    def ee_cylindrical(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the level hand."""
         l, z = two_link.forward(q[1], q[2], self.upper, self.lower)
         return l + self.hand, q[0], z

@@ -89,7 +89,7 @@ def CommandSmoother_(T: Any) -> Any:
             input_ports:
             - base_command
             output_ports:
-            - base_sent
+            - base_command_smoothed
 
         Built as `CommandSmoother(params, period)`: a `Smoother` and the control
         period [s]. The state is the command last sent; without smoothing there is
@@ -106,7 +106,10 @@ def CommandSmoother_(T: Any) -> Any:
             # Not time: what depends on it is worked out twice a period.
             needs = {self.all_input_ports_ticket(), self.xd_ticket()}
             self.sent = self.DeclareVectorOutputPort(
-                signals.BASE_SENT, 2, self._calc_sent, prerequisites_of_calc=needs
+                signals.BASE_COMMAND_SMOOTHED,
+                2,
+                self._calc_sent,
+                prerequisites_of_calc=needs,
             )
             if params.enabled:
                 self.DeclareDiscreteState(2)

@@ -7,8 +7,8 @@ import webbrowser
 from pathlib import Path
 from typing import Protocol
 
-from drake_mobman.runs.scenario import ScenarioError, scenario_paths
-from drake_mobman.runs.stop import Stop
+from drake_mobman.scenario.scenario import ScenarioError, scenario_paths
+from drake_mobman.simulation.stop import Stop
 
 SCENARIO = "scenario.yaml"
 """The scenario in a run folder."""

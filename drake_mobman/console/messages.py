@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn
 
 from drake_mobman.console.allowance import Allowance
-from drake_mobman.console.inbox import OperatorInput
+from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.teleop.drag import NOTHING, Dragged
 
 LARGEST = 512

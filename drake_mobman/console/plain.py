@@ -15,10 +15,10 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 
-from drake_mobman.console.inbox import OperatorInput
+from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.session import Snapshot
 from drake_mobman.console.view import LINES, Frame, Picture
-from drake_mobman.runs.scenario import AnyScenario
+from drake_mobman.scenario.scenario import AnyScenario
 
 SLIDERS = {
     "out (up, down)": ("ArrowDown", "ArrowUp"),

@@ -8,11 +8,18 @@ from typing import Any
 import numpy as np
 
 from drake_mobman import signals
-from drake_mobman.runs.log import Log, StoredLog, append_log, finite_rows
-from drake_mobman.runs.metrics import metrics
-from drake_mobman.runs.npz import write_npz
-from drake_mobman.runs.output_folder import FolderError, OutputFolder, refusal, resolved
-from drake_mobman.runs.run_folder import (
+from drake_mobman.analysis.metrics import metrics
+from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.simulation.log import Log, StoredLog, append_log, finite_rows
+from drake_mobman.simulation.npz import write_npz
+from drake_mobman.simulation.output_folder import (
+    FolderError,
+    OutputFolder,
+    refusal,
+    resolved,
+)
+from drake_mobman.simulation.run_folder import (
     LOG,
     RUN,
     SCENARIO,
@@ -21,9 +28,7 @@ from drake_mobman.runs.run_folder import (
     write_metrics,
     write_pictures,
 )
-from drake_mobman.runs.scenario import AnyScenario
-from drake_mobman.runs.schema import dump_typed, load_typed, load_yaml
-from drake_mobman.runs.simulate import Run
+from drake_mobman.simulation.simulate import Run
 from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
 PART = "log.part"

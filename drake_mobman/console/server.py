@@ -23,10 +23,10 @@ from starlette.responses import HTMLResponse
 from starlette.staticfiles import StaticFiles
 
 from drake_mobman.console import bounds
+from drake_mobman.console.auth import AuthMiddleware, is_loopback
 from drake_mobman.console.deaf import Deaf
-from drake_mobman.console.desk import Desk, Page
-from drake_mobman.console.door import Door, is_loopback
 from drake_mobman.console.messages import MessageError
+from drake_mobman.console.operator_arbiter import OperatorArbiter, Page
 from drake_mobman.console.page import add_page
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.state import state
@@ -65,7 +65,7 @@ class Server:
         self._place = place
         self._host, self.port, *_ = place.getsockname()
         self.token = token_for(place)
-        self.desk = Desk(session, lambda: _new_folder(name))
+        self.desk = OperatorArbiter(session, lambda: _new_folder(name))
         self._picture = Picture(session.scenario, session.draggable if DRAGS else ())
         self._drawn = picture_page(self._picture)
         app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
@@ -87,7 +87,7 @@ class Server:
         # objects: Drake, at work in another thread, does not survive that.
         app.router.lifespan_context = self._open
         config = uvicorn.Config(
-            Door(Deaf(app), self.token, self.port),
+            AuthMiddleware(Deaf(app), self.token, self.port),
             http=bounds.Requests,
             h11_max_incomplete_event_size=bounds.LARGEST_HEAD,
             ws=bounds.WebSocket,

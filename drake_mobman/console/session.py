@@ -17,18 +17,18 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_mobman import signals
+from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.console.choices import choices, live
 from drake_mobman.console.finisher import Finisher
-from drake_mobman.console.inbox import Inbox, OperatorInput
+from drake_mobman.console.mailbox import Mailbox, OperatorInput
 from drake_mobman.console.recorder import Recorder, check_recordable
 from drake_mobman.diagrams import make_diagram
-from drake_mobman.robots.model import RobotModel
-from drake_mobman.runs.finite import check_finite, death
-from drake_mobman.runs.log import Log, drained_log
-from drake_mobman.runs.motion import hand_motion
-from drake_mobman.runs.output_folder import FolderError
-from drake_mobman.runs.scenario import AnyScenario, Guided
-from drake_mobman.runs.simulate import Run
+from drake_mobman.robot_model import RobotModel
+from drake_mobman.scenario.scenario import AnyScenario, Guided
+from drake_mobman.simulation.finite import check_finite, death
+from drake_mobman.simulation.log import Log, drained_log
+from drake_mobman.simulation.output_folder import FolderError
+from drake_mobman.simulation.simulate import Run
 from drake_mobman.teleop.gate import Arming, GateStatus
 
 WHY = {
@@ -104,7 +104,7 @@ class LiveSession:
         self._model = RobotModel(robot)
         self.draggable = self._model.arm_bodies if pulled else {}
         self._diagram = make_diagram(self.scenario)
-        self._inbox = Inbox(late=self.scenario.gate.fresh)
+        self._inbox = Mailbox(late=self.scenario.gate.fresh)
         self._who = "nobody"
         self._snapshot = Snapshot(choice=self.choices[0])
         self._hand_error = 0.0
@@ -362,7 +362,7 @@ def hand_error(scenario: AnyScenario, model: RobotModel, log: Log) -> float:
             return math.nan
         gap = log[signals.HAND_POSITION][-1] - log[signals.TOOL_POSITION][-1]
     else:
-        gap = hand_motion(Run(scenario, log, 0.0, np.zeros(0)), model).error[-1]
+        gap = ee_motion(Run(scenario, log, 0.0, np.zeros(0)), model).error[-1]
     return float(np.linalg.norm(gap))
 
 

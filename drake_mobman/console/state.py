@@ -5,7 +5,7 @@ from typing import Any
 
 from drake_mobman import signals
 from drake_mobman.console.session import Snapshot
-from drake_mobman.decomposers.rest import carried_rates
+from drake_mobman.decomposers.arm_compensation import base_induced_rates
 from drake_mobman.terminal import visible
 
 
@@ -26,7 +26,7 @@ def state(snapshot: Snapshot, p_BS: Any) -> dict[str, Any]:
         "recording": str(snapshot.recording or ""),
         "error": snapshot.hand_error,
     }
-    if signals.WORKSPACE in snapshot.signals:
+    if signals.EE_CYLINDRICAL in snapshot.signals:
         said |= _motion(snapshot, p_BS)
     return {name: _shown(value) for name, value in said.items()}
 
@@ -37,9 +37,9 @@ def _motion(snapshot: Snapshot, p_BS: Any) -> dict[str, float]:
     That is along the reach: the base carries the hand, and the arm moves it by l_dot.
     """
     get = snapshot.signals
-    l, psi, z = get[signals.WORKSPACE]
-    v_b, omega_b = get[signals.BASE_SENT]
-    base, _ = carried_rates((l, psi, z), v_b, omega_b, p_BS)
+    l, psi, z = get[signals.EE_CYLINDRICAL]
+    v_b, omega_b = get[signals.BASE_COMMAND_SMOOTHED]
+    base, _ = base_induced_rates((l, psi, z), v_b, omega_b, p_BS)
     if signals.ARM_COMMAND in get:
         arm = get[signals.ARM_COMMAND][0]
     else:

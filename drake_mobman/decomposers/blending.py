@@ -5,8 +5,9 @@ from typing import Any
 
 from pydrake.math import tanh
 
-from drake_mobman.decomposers.decomposer import share_decomposer
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.blocks import scalar_block
+from drake_mobman.decomposers.decomposer import ShareDecomposer
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.parameters import Range, one_of, within
 from drake_mobman.scalars import Scalar, smoothstep, where
 
@@ -76,15 +77,44 @@ class Blending:
 
 
 def blending_shares(
-    params: Blending, limits: Workspace, command: Any, workspace: Any
+    params: Blending, limits: WorkspaceLimits, command: Any, at: Any
 ) -> tuple[Scalar, Scalar]:
     """Returns the base's shares of `v_c` and `omega_c` (eqs. 14 and 15)."""
     share = SHARES[params.share]
     return (
-        share(command[0], workspace[0], limits.l_min, limits.l_max, params.alpha),
-        share(command[1], workspace[1], limits.psi_min, limits.psi_max, params.beta),
+        share(command[0], at[0], limits.l_min, limits.l_max, params.alpha),
+        share(command[1], at[1], limits.psi_min, limits.psi_max, params.beta),
     )
 
 
-BlendingDecomposer_ = share_decomposer("BlendingDecomposer_", blending_shares)
-BlendingDecomposer = BlendingDecomposer_[None]
+@scalar_block
+class BlendingDecomposer(ShareDecomposer):
+    """Authority passes smoothly from arm to base (Kwon, eqs. 14-16).
+
+    .. pydrake_system::
+
+        name: BlendingDecomposer
+        input_ports:
+        - ee_command
+        - ee_cylindrical
+        - arm_position
+        - base_command_smoothed
+        output_ports:
+        - base_command
+        - base_contribution
+        - arm_command
+
+    Args:
+        params: of the law.
+        workspace: that the arm is to keep, Kwon's unless given.
+        projection: how the base's speed follows from its contribution.
+        num_joints: of the arm.
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+
+    shares = staticmethod(blending_shares)
+
+
+BlendingDecomposer_ = BlendingDecomposer.template

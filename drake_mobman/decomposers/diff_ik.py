@@ -25,7 +25,7 @@ from pydrake.solvers import OsqpSolver
 
 from drake_mobman.arm.jacobian_arm import JacobianArm, tilt
 from drake_mobman.arm.limits import JointLimits, braking_rate
-from drake_mobman.decomposers.solved import BASE_RATES, SolvedDecomposer
+from drake_mobman.decomposers.optimization import BASE_RATES, OptimizationDecomposer
 from drake_mobman.parameters import (
     ACCELERATION,
     GAIN,
@@ -37,7 +37,7 @@ from drake_mobman.parameters import (
     checked,
     within,
 )
-from drake_mobman.robots.model import BASE_JOINTS, Robot, RobotModel
+from drake_mobman.robot_model import BASE_JOINTS, Robot, RobotModel
 from drake_mobman.scalars import larger, smaller
 
 _LEVEL_JOINTS = 6
@@ -126,7 +126,7 @@ def rates_within_reach(
     return np.maximum(lowest, last - step), np.minimum(highest, last + step)
 
 
-class HandModel:
+class EndEffectorModel:
     """The hand's motion by u, seen from B, asked of the robot's `MultibodyPlant`.
 
     The model is asked in a context of its own that each call overwrites: one object is
@@ -162,8 +162,8 @@ class HandModel:
 # The block.
 
 
-class DiffIkDecomposer(SolvedDecomposer):
-    """Splits the command by Drake's program; ports and stop as of `SolvedDecomposer`.
+class DiffIkDecomposer(OptimizationDecomposer):
+    """Splits the command by Drake's program; ports as every `OptimizationDecomposer`.
 
     For every robot. The hand moves in the plane, or where the arm has six joints or
     more, in space: it is then kept level, as it is at the posture, and turns with the
@@ -188,7 +188,7 @@ class DiffIkDecomposer(SolvedDecomposer):
         model = RobotModel(robot)
         limits, arm = model.limits, robot.arm()
         largest = np.array([params.max_speed, params.max_yaw_rate, *limits.velocity])
-        super().__init__(arm.joints, arm.p_BS, largest, params.stop_time, period)
+        super().__init__(arm.num_joints, arm.p_BS, largest, params.stop_time, period)
         self.params, self.limits = params, limits
         self.accelerations = np.array(
             [
@@ -201,12 +201,12 @@ class DiffIkDecomposer(SolvedDecomposer):
             posture = arm.posture
         else:
             posture = np.array(arm.inverse((0.5 * robot.reach().r_f, 0.0, 0.0)))
-        self.hand = HandModel(model.plant, arm.joints)
+        self.hand = EndEffectorModel(model.plant, arm.num_joints)
         R_BE, _ = self.hand.pose_and_jacobian(posture)
-        self._R_level = _turned(-arm.workspace(posture)[1]) @ R_BE
+        self._R_level = _turned(-arm.ee_cylindrical(posture)[1]) @ R_BE
         # Rotation and translation; or translation in the plane.
-        self._rows = slice(0, 6) if arm.joints >= _LEVEL_JOINTS else slice(3, 5)
-        self._N = np.asfortranarray(nonholonomic_map(0.0, arm.joints))
+        self._rows = slice(0, 6) if arm.num_joints >= _LEVEL_JOINTS else slice(3, 5)
+        self._N = np.asfortranarray(nonholonomic_map(0.0, arm.num_joints))
         self._N_plus = np.asfortranarray(self._N.T)  # Its columns are orthonormal.
         self._parameters = [
             _parameters(params, posture, limits, period, unit) for unit in _UNITS

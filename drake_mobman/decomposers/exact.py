@@ -19,11 +19,15 @@ from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import yaw_rate
+from drake_mobman.decomposers.arm_compensation import (
+    LEAST_REACH,
+    arm_compensation,
+    base_induced_rates,
+)
 from drake_mobman.decomposers.blending import SHARES, SHARPNESS_L, SHARPNESS_PSI
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
 from drake_mobman.decomposers.limiter import Factors, Limiter, least, status
-from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates, exact_rest
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import (
     SPEED,
@@ -73,7 +77,7 @@ def exact_base(
     command: Any,
     workspace: Any,
     params: Exact,
-    limits: Workspace,
+    limits: WorkspaceLimits,
     p_BS: Any,
     joint: FirstJoint | None = None,
 ) -> tuple[Scalar, Scalar]:
@@ -105,7 +109,7 @@ def exact_base(
         room = turning_share(aligning, joint, params.phi_max - params.phi_min)
         turning = turning * room
     omega_b = nu * omega_c + turning * aligning
-    left = v_c - carried_rates(workspace, 0.0, omega_b, p_BS)[0]
+    left = v_c - base_induced_rates(workspace, 0.0, omega_b, p_BS)[0]
     mu = share(left, l, limits.l_min, limits.l_max, params.alpha)
     c = cos(psi)
     aside = larger(abs(c), _TINY)
@@ -113,7 +117,7 @@ def exact_base(
     return where(c < 0, -projected, projected) * mu * left, omega_b
 
 
-class Course(NamedTuple):
+class BaseCommand(NamedTuple):
     """What the base is told, and how much of the command is left to follow it."""
 
     base: tuple[Scalar, Scalar]  # v_b [m/s], omega_b [rad/s].
@@ -121,14 +125,14 @@ class Course(NamedTuple):
     share: Scalar  # The least of the factors.
 
 
-def exact_course(
+def exact_base_command(
     command: Any,
     workspace: Any,
     q: Any,
     params: Exact,
-    limits: Workspace,
+    limits: WorkspaceLimits,
     limiter: Limiter,
-) -> Course:
+) -> BaseCommand:
     """Returns what the base is told of `command`, as far as base and joints follow.
 
     Args:
@@ -141,14 +145,19 @@ def exact_course(
     """
     p_BS, joint = limiter.arm.p_BS, first_joint(q, limiter.joints)
     v_b, omega_b = exact_base(command, workspace, params, limits, p_BS, joint)
-    rest = exact_rest(command, workspace, (v_b, omega_b), p_BS)
-    factors = limiter.followed(q, rest, v_b, omega_b)
+    rest = arm_compensation(command, workspace, (v_b, omega_b), p_BS)
+    factors = limiter.steady_scaling(q, rest, v_b, omega_b)
     share = least(factors, q)
-    return Course((share * v_b, share * omega_b), factors, share)
+    return BaseCommand((share * v_b, share * omega_b), factors, share)
 
 
 def exact_arm(
-    command: Any, workspace: Any, q: Any, sent: Any, course: Course, limiter: Limiter
+    command: Any,
+    workspace: Any,
+    q: Any,
+    sent: Any,
+    course: BaseCommand,
+    limiter: Limiter,
 ) -> tuple[tuple[Scalar, Scalar, Scalar], Scalar]:
     """Returns the `arm_command` that the base, as sent, leaves, and the status.
 
@@ -156,17 +165,17 @@ def exact_arm(
         command: `ee_command`.
         workspace: l [m], psi [rad], z [m].
         q: joint angles (n,) [rad].
-        sent: `base_sent`.
+        sent: `base_command_smoothed`.
         course: of the base.
         limiter: of base and joints.
     """
     _, factors, share = course
     present: Factors = {}
     if limiter.base.enabled:  # Else the base is sent what it is told.
-        present = limiter.at_present(q, workspace, command, sent)
+        present = limiter.present_scaling(q, workspace, command, sent)
         share = smallest(share, *present.values(), made_of=(share,))
     slowed = [share * c for c in command]
-    rest = exact_rest(slowed, workspace, sent, limiter.arm.p_BS)
+    rest = arm_compensation(slowed, workspace, sent, limiter.arm.p_BS)
     at_axis = where(workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
     return rest, status(factors, present) + at_axis
 
@@ -185,15 +194,15 @@ def ExactDecomposer_(T: Any) -> Any:
             - ee_command
             - workspace
             - arm_position
-            - base_sent
+            - base_command_smoothed
             output_ports:
             - base_command
-            - base_share
+            - base_contribution
             - arm_command
             - decomposer_status
 
         Built as `ExactDecomposer(params, limits, arm, joints, smoother, period)`: an
-        `Exact`, the `Workspace`, the arm's kinematics and joint limits, the `Smoother`
+        `Exact`, `WorkspaceLimits`, the arm's kinematics and joint limits, the `Smoother`
         that follows, and the control period [s]. The arm's part is the rest of what is
         sent to the base, so smoothing costs the hand nothing. Raises `ParameterError`
         where one of them is not valid.
@@ -202,7 +211,7 @@ def ExactDecomposer_(T: Any) -> Any:
         def _construct(
             self,
             params: Exact,
-            limits: Workspace,
+            limits: WorkspaceLimits,
             arm: ArmKinematics,
             joints: JointLimits,
             smoother: Smoother,
@@ -218,7 +227,7 @@ def ExactDecomposer_(T: Any) -> Any:
             )
             declare_decomposer_ports(
                 self,
-                arm.joints,
+                arm.num_joints,
                 self._calc_base,
                 self._calc_share,
                 self._calc_arm,
@@ -230,7 +239,7 @@ def ExactDecomposer_(T: Any) -> Any:
             }
             # Several outputs come of one evaluation.
             self.course = self._declare_entry("base and factors", self._of_course, told)
-            sent = self.input_port_ticket(self.base_sent.get_index())
+            sent = self.input_port_ticket(self.base_command_smoothed.get_index())
             self.present = self._declare_entry(
                 "rest and factors", self._at_present, told | {sent}
             )
@@ -259,13 +268,13 @@ def ExactDecomposer_(T: Any) -> Any:
                 needs,
             )
 
-        def _of_course(self, context: Any) -> Course:
-            return exact_course(
+        def _of_course(self, context: Any) -> BaseCommand:
+            return exact_base_command(
                 *self._told(context), self.params, self.limits, self.limiter
             )
 
         def _at_present(self, context: Any) -> Any:
-            sent = self.base_sent.Eval(context)
+            sent = self.base_command_smoothed.Eval(context)
             course = self.course.Eval(context)
             return exact_arm(*self._told(context), sent, course, self.limiter)
 
@@ -284,7 +293,9 @@ def ExactDecomposer_(T: Any) -> Any:
             v_b, omega_b = self.course.Eval(context).base
             workspace = self.workspace.Eval(context)
             p_BS = self.limiter.arm.p_BS
-            output.SetFromVector(np.array(carried_rates(workspace, v_b, omega_b, p_BS)))
+            output.SetFromVector(
+                np.array(base_induced_rates(workspace, v_b, omega_b, p_BS))
+            )
 
         def _calc_arm(self, context: Any, output: Any) -> None:
             output.SetFromVector(np.array(self.present.Eval(context)[0]))

@@ -21,9 +21,12 @@ from drake_mobman.base.velocity_field import (
     field_velocity,
     field_zone,
 )
+from drake_mobman.decomposers.arm_compensation import (
+    arm_compensation,
+    base_induced_rates,
+)
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
 from drake_mobman.decomposers.limiter import Limiter
-from drake_mobman.decomposers.rest import carried_rates, exact_rest
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import checked
 from drake_mobman.scalars import Scalar, where
@@ -73,10 +76,10 @@ def FieldDecomposer_(T: Any) -> Any:
             - ee_command
             - workspace
             - arm_position
-            - base_sent
+            - base_command_smoothed
             output_ports:
             - base_command
-            - base_share
+            - base_contribution
             - arm_command
             - decomposer_status
 
@@ -101,7 +104,7 @@ def FieldDecomposer_(T: Any) -> Any:
             check_zones(params, reach)
             declare_decomposer_ports(
                 self,
-                arm.joints,
+                arm.num_joints,
                 self._calc_base,
                 self._calc_share,
                 self._calc_arm,
@@ -142,13 +145,15 @@ def FieldDecomposer_(T: Any) -> Any:
             v_b, omega_b = self.base_command.Eval(context)
             workspace = self.workspace.Eval(context)
             p_BS = self.arm.p_BS
-            output.SetFromVector(np.array(carried_rates(workspace, v_b, omega_b, p_BS)))
+            output.SetFromVector(
+                np.array(base_induced_rates(workspace, v_b, omega_b, p_BS))
+            )
 
         def _calc_arm(self, context: Any, output: Any) -> None:
-            rest = exact_rest(
+            rest = arm_compensation(
                 self.command.Eval(context),
                 self.workspace.Eval(context),
-                self.base_sent.Eval(context),
+                self.base_command_smoothed.Eval(context),
                 self.arm.p_BS,
             )
             output.SetFromVector(np.array(rest))

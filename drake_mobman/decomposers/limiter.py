@@ -14,8 +14,8 @@ from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits, braking_rate
 from drake_mobman.arm.place_first import relieved
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.decomposers.rest import LEAST_REACH, carried_rates
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.arm_compensation import LEAST_REACH, base_induced_rates
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.scalars import (
     Scalar,
@@ -104,7 +104,7 @@ class Limiter:
     arm: ArmKinematics
     joints: JointLimits
     base: Smoother  # Its largest speeds; and how fast it gets there, if enabled.
-    workspace: Workspace | None  # None where it may be left.
+    workspace: WorkspaceLimits | None  # None where it may be left.
     period: float  # For which a command is held [s].
 
     def __post_init__(self) -> None:
@@ -113,7 +113,9 @@ class Limiter:
         joints = JointLimits(*(list(map(float, each)) for each in limits))
         object.__setattr__(self, "joints", joints)
 
-    def followed(self, q: Any, rest: Any, v_b: Scalar, omega_b: Scalar) -> Factors:
+    def steady_scaling(
+        self, q: Any, rest: Any, v_b: Scalar, omega_b: Scalar
+    ) -> Factors:
         """Returns what the limits leave of a command that the base keeps up with.
 
         A joint comes to rest at the end of its range in the time that the base takes
@@ -137,16 +139,18 @@ class Limiter:
         factors = {DecomposerStatus.BASE_RATE: factor_by(*by_base)}
         return factors | self._placed(q, self.arm.undamped_rates(q, rest), excesses)
 
-    def at_present(self, q: Any, workspace: Any, command: Any, sent: Any) -> Factors:
+    def present_scaling(
+        self, q: Any, workspace: Any, command: Any, sent: Any
+    ) -> Factors:
         """Returns what the limits leave of a command while the base moves as sent.
 
         Args:
             q: joint angles (n,) [rad].
             workspace: l [m], psi [rad], z [m].
             command: `ee_command`.
-            sent: `base_sent`.
+            sent: `base_command_smoothed`.
         """
-        along, turning = carried_rates(workspace, sent[0], sent[1], self.arm.p_BS)
+        along, turning = base_induced_rates(workspace, sent[0], sent[1], self.arm.p_BS)
         carried = along, turning, 0.0
 
         def excesses(rates: Any, taken: Any) -> tuple[list[Scalar], list[Scalar]]:
@@ -184,10 +188,10 @@ class Limiter:
             Both as far as the joints' ranges leave room, and 1 if that is all of them,
             else less.
         """
-        at, p_BS = self.arm.workspace(q), self.arm.p_BS
+        at, p_BS = self.arm.ee_cylindrical(q), self.arm.p_BS
         away = smoothstep(at[0], LEAST_REACH, 2 * LEAST_REACH)
         omega = away * omega_b
-        off = (carried_rates(at, v, omega, p_BS) for v in (v_b, 0.0))
+        off = (base_induced_rates(at, v, omega, p_BS) for v in (v_b, 0.0))
         left = ((-along, -turning, 0.0) for along, turning in off)
         both, turning = (
             self._placed(q, [rates], lambda rates: ([], self._towards_ends(q, rates)))[
@@ -272,7 +276,7 @@ class Limiter:
         return larger(_RESERVE * braking_rate(room, most, self.period), _SLIGHT)
 
     def _by_edges(
-        self, edges: Workspace, workspace: Any, command: Any, carried: Any
+        self, edges: WorkspaceLimits, workspace: Any, command: Any, carried: Any
     ) -> Iterable[Scalar]:
         """Returns how much too fast the command is for the ends of l and of psi."""
         ends = (edges.l_min, edges.l_max), (edges.psi_min, edges.psi_max)

@@ -29,7 +29,7 @@ from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.arm.planar import PlanarArm
 from drake_mobman.arm.spatial import SpatialArm
-from drake_mobman.decomposers.solved import BASE_RATES, SolvedDecomposer
+from drake_mobman.decomposers.optimization import BASE_RATES, OptimizationDecomposer
 from drake_mobman.parameters import (
     PAUSE,
     ParameterError,
@@ -244,8 +244,8 @@ class QpProgram:
         return result.get_x_val() if result.is_success() else None
 
 
-class QpDecomposer(SolvedDecomposer):
-    """Splits the command by eq. 17; ports and stop as of every `SolvedDecomposer`.
+class QpDecomposer(OptimizationDecomposer):
+    """Splits the command by eq. 17; ports as every `OptimizationDecomposer`.
 
     The wrist's joints, which keep the hand level, are no part of the program: their
     limits are the arm's inverse's to keep.
@@ -264,10 +264,10 @@ class QpDecomposer(SolvedDecomposer):
         self, params: Qp, arm: ArmKinematics, limits: JointLimits, period: float
     ) -> None:
         checked(params)
-        q = np.zeros(arm.joints)
-        m = arm_jacobian(arm, q, arm.workspace(q)).shape[1]
+        q = np.zeros(arm.num_joints)
+        m = arm_jacobian(arm, q, arm.ee_cylindrical(q)).shape[1]
         largest = np.full(BASE_RATES + m, params.max_step / checked_period(period))
-        super().__init__(arm.joints, arm.p_BS, largest, params.stop_time, period)
+        super().__init__(arm.num_joints, arm.p_BS, largest, params.stop_time, period)
         self.params, self.arm, self.limits = params, arm, limits
         self.program = QpProgram(BASE_RATES + m, params)
 

@@ -13,7 +13,7 @@ from drake_mobman.scalars import Scalar
 
 
 @dc.dataclass
-class Workspace:
+class WorkspaceLimits:
     """Where the arm is to work: a ring sector about the shoulder (Kwon, table 1)."""
 
     l_min: float = 0.4  # Smallest reach L_min [m].

@@ -3,8 +3,9 @@
 import dataclasses as dc
 from typing import Any
 
-from drake_mobman.decomposers.decomposer import share_decomposer
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.blocks import scalar_block
+from drake_mobman.decomposers.decomposer import ShareDecomposer
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.scalars import Scalar, where
 
 
@@ -32,14 +33,43 @@ class Switching:
 
 
 def switching_shares(
-    _params: Switching, limits: Workspace, command: Any, workspace: Any
+    params: Switching, limits: WorkspaceLimits, command: Any, at: Any
 ) -> tuple[Scalar, Scalar]:
     """Returns the base's shares of `v_c` and `omega_c` (eqs. 12 and 13)."""
     return (
-        switched_share(command[0], workspace[0], limits.l_min, limits.l_max),
-        switched_share(command[1], workspace[1], limits.psi_min, limits.psi_max),
+        switched_share(command[0], at[0], limits.l_min, limits.l_max),
+        switched_share(command[1], at[1], limits.psi_min, limits.psi_max),
     )
 
 
-SwitchingDecomposer_ = share_decomposer("SwitchingDecomposer_", switching_shares)
-SwitchingDecomposer = SwitchingDecomposer_[None]
+@scalar_block
+class SwitchingDecomposer(ShareDecomposer):
+    """The base moves outside the workspace, the arm inside (Kwon, eqs. 12, 13).
+
+    .. pydrake_system::
+
+        name: SwitchingDecomposer
+        input_ports:
+        - ee_command
+        - ee_cylindrical
+        - arm_position
+        - base_command_smoothed
+        output_ports:
+        - base_command
+        - base_contribution
+        - arm_command
+
+    Args:
+        params: of the law.
+        workspace: that the arm is to keep, Kwon's unless given.
+        projection: how the base's speed follows from its contribution.
+        num_joints: of the arm.
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+
+    shares = staticmethod(switching_shares)
+
+
+SwitchingDecomposer_ = SwitchingDecomposer.template

@@ -17,7 +17,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
-from drake_mobman.guidance.push import add_push
+from drake_mobman.guidance.applied_force import add_push
 from drake_mobman.parameters import (
     DAMPING,
     FORCE,
@@ -265,7 +265,7 @@ class GuidingHand(Diagram):
         period: between two renewals of the force [s].
         body: index in the plant of the body B that has the tool.
         p_BE: the tool's position (3,) in B [m].
-        as_wanted: makes of a block what goes into the diagram, as `compiled` does.
+        maybe_compiled: makes of a block what goes into the diagram, as `compiled` does.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -279,11 +279,11 @@ class GuidingHand(Diagram):
         body: Any,
         p_BE: Sequence[float] = (0.0, 0.0, 0.0),
         *,
-        as_wanted: Callable[[Any], Any] = lambda block: block,
+        maybe_compiled: Callable[[Any], Any] = lambda block: block,
     ) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        pull = builder.AddNamedSystem("pull", as_wanted(Pull(params, period)))
+        pull = builder.AddNamedSystem("pull", maybe_compiled(Pull(params, period)))
         path = path_trajectory(params)
         position = builder.AddNamedSystem("path", TrajectorySource(path))
         velocity = builder.AddSystem(TrajectorySource(path.MakeDerivative()))

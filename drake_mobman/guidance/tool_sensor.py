@@ -7,7 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer
 
 from drake_mobman import signals
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robot_model import RobotModel
 
 
 class ToolSensor(Diagram):

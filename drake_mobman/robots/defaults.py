@@ -7,7 +7,7 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import (
     ANGLE,
@@ -18,7 +18,7 @@ from drake_mobman.parameters import (
     checked,
     within,
 )
-from drake_mobman.robots.model import Robot
+from drake_mobman.robot_model import Robot
 
 T = TypeVar("T")
 
@@ -78,7 +78,7 @@ def two_links(
     sharpness = 42.0 / room
     return [
         Start(l=l),
-        Workspace(l_min=l_min, l_max=l_max),
+        WorkspaceLimits(l_min=l_min, l_max=l_max),
         Smoother(enabled=False),  # As in the paper.
         Exact(alpha=sharpness),
         Blending(alpha=sharpness),

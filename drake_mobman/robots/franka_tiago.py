@@ -13,11 +13,12 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import Reach, VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.share import Workspace
+from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import ANGLE, OFFSET, Range, one_of, within
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.defaults import Start
-from drake_mobman.robots.model import RobotModel, filled_urdf
+from drake_mobman.robots.urdf import filled_urdf
 from drake_mobman.scalars import Scalar
 
 POSTURE = (0.0, 0.4, 0.0, -2.1, 0.0, 2.5, math.pi / 4)
@@ -55,7 +56,7 @@ class FrankaTiago:
         """
         return [
             Start(l=0.58, z=-0.21),
-            Workspace(l_min=0.48, l_max=0.66, psi_min=-0.5, psi_max=0.5),
+            WorkspaceLimits(l_min=0.48, l_max=0.66, psi_min=-0.5, psi_max=0.5),
             # Over 5 cm: authority has passed where the workspace ends.
             Exact(alpha=60.0, phi_min=0.15, phi_max=0.5),
             Blending(alpha=60.0),

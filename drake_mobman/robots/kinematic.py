@@ -10,7 +10,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from drake_mobman import signals
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import checked_period
-from drake_mobman.robots.model import BASE_JOINTS
+from drake_mobman.robot_model import BASE_JOINTS
 
 
 @dc.dataclass
@@ -29,7 +29,7 @@ def KinematicRobot_(T: Any) -> Any:
 
             name: KinematicRobot
             input_ports:
-            - base_sent
+            - base_command_smoothed
             - arm_velocity_command
             output_ports:
             - base_pose
@@ -48,7 +48,7 @@ def KinematicRobot_(T: Any) -> Any:
             self.start = np.array(start, dtype=float)
             self.period = checked_period(period)
             n = len(self.start) - BASE_JOINTS
-            self.sent = self.DeclareVectorInputPort(signals.BASE_SENT, 2)
+            self.sent = self.DeclareVectorInputPort(signals.BASE_COMMAND_SMOOTHED, 2)
             self.rates = self.DeclareVectorInputPort(signals.ARM_VELOCITY_COMMAND, n)
             self.DeclareDiscreteState(np.array([T(x) for x in self.start]))
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)

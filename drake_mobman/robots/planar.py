@@ -7,7 +7,7 @@ from drake_mobman.arm.planar import PlanarArm
 from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import LENGTH, OFFSET, within
 from drake_mobman.robots.defaults import two_links
-from drake_mobman.robots.model import filled_urdf
+from drake_mobman.robots.urdf import filled_urdf
 
 
 @dc.dataclass

@@ -17,10 +17,10 @@ from pydrake.systems.primitives import (
 )
 
 from drake_mobman import signals
-from drake_mobman.arm.workspace_sensor import WorkspaceSensor
+from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import ParameterError, Range, checked, within
-from drake_mobman.robots.model import BASE_JOINTS, Robot
+from drake_mobman.robot_model import BASE_JOINTS, Robot
 from drake_mobman.ticks import aligned, whole_steps
 
 
@@ -119,7 +119,7 @@ def make_servo_robot(
 
         name: robot
         input_ports:
-        - base_sent
+        - base_command_smoothed
         - arm_velocity_command (unless the arm is free)
         - spatial_forces
         output_ports:
@@ -139,7 +139,7 @@ def make_servo_robot(
             `ticks.aligned` makes it.
         free_arm: whether the arm is free and compensated for gravity, to be pulled by
             hand, instead of driven at `arm_velocity_command`.
-        sensor: tells `workspace` and `p_BT`; a `WorkspaceSensor` unless given.
+        sensor: tells `workspace` and `p_BT`; a `EndEffectorSensor` unless given.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -158,7 +158,7 @@ def make_servo_robot(
     pose, position, _, velocity = map(parts.get_output_port, range(4))
 
     held = []
-    commands = {signals.BASE_SENT: 2}
+    commands = {signals.BASE_COMMAND_SMOOTHED: 2}
     if not free_arm:
         commands[signals.ARM_VELOCITY_COMMAND] = n
     for name, size in commands.items():
@@ -178,9 +178,9 @@ def make_servo_robot(
     rolling = builder.AddSystem(_base_velocity(n))
     builder.Connect(state, rolling.get_input_port())
     builder.ExportOutput(rolling.get_output_port(), signals.BASE_VELOCITY)
-    sensor = builder.AddNamedSystem("sensor", sensor or WorkspaceSensor(robot.arm()))
+    sensor = builder.AddNamedSystem("sensor", sensor or EndEffectorSensor(robot.arm()))
     builder.Connect(position, sensor.get_input_port())
-    for name in (signals.WORKSPACE, signals.P_BT):
+    for name in (signals.EE_CYLINDRICAL, signals.P_BT):
         builder.ExportOutput(sensor.GetOutputPort(name), name)
     builder.ExportOutput(state, signals.ROBOT_STATE)
     diagram = builder.Build()

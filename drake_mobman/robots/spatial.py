@@ -14,8 +14,9 @@ from drake_mobman.parameters import (
     one_of,
     within,
 )
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.defaults import two_links
-from drake_mobman.robots.model import RobotModel, filled_urdf
+from drake_mobman.robots.urdf import filled_urdf
 
 POSTURE = (0.0, math.pi / 4, -math.pi / 2, 0.0, math.pi / 4, 0.0)
 """Joint angles with the hand level and ahead, and the elbow at a right angle [rad]."""

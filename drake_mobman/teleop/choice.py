@@ -22,7 +22,7 @@ class Handover(NamedTuple):
 
 
 @dc.dataclass
-class Change:
+class Transition:
     """How one controller takes over from another."""
 
     duration: float = 0.5  # [s].
@@ -61,12 +61,12 @@ def faded(before: Scalar, now: Scalar, weight: float) -> Scalar:
     return before + s * (now - before)
 
 
-class Chooser(LeafSystem):
+class ControllerSelector(LeafSystem):
     """Turns the operator's choice into selectors of two `PortSwitch`es and a weight.
 
     .. pydrake_system::
 
-        name: Chooser
+        name: ControllerSelector
         input_ports:
         - operator_input
         output_ports:
@@ -86,7 +86,7 @@ class Chooser(LeafSystem):
         ParameterError: where a parameter is not valid.
     """
 
-    def __init__(self, count: int, change: Change, period: float) -> None:
+    def __init__(self, count: int, change: Transition, period: float) -> None:
         super().__init__()
         self.count = count
         self.step = checked_period(period) / checked(change).duration
@@ -118,12 +118,12 @@ class Chooser(LeafSystem):
         state.get_mutable_vector().SetFromVector(np.array(after, dtype=float))
 
 
-class Fade(LeafSystem):
+class CrossFade(LeafSystem):
     """Puts out what is between two signals, by the handover's weight.
 
     .. pydrake_system::
 
-        name: Fade
+        name: CrossFade
         input_ports:
         - handover
         - before

@@ -11,10 +11,10 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.guidance.applied_force import HOLD, Push
 from drake_mobman.guidance.guiding_hand import Hand, Spring, hand_force
-from drake_mobman.guidance.push import HOLD, Push
 from drake_mobman.parameters import checked, checked_period
-from drake_mobman.robots.model import RobotModel
+from drake_mobman.robot_model import RobotModel
 from drake_mobman.teleop.drag import NOTHING, Drag, Dragged
 
 
@@ -104,7 +104,7 @@ class Lead(LeafSystem):
         declare = self.DeclareVectorInputPort
         self.command = declare(signals.EE_COMMAND, 3)
         self.drag = declare(signals.DRAG, len(NOTHING))
-        self.workspace = declare(signals.WORKSPACE, 3)
+        self.workspace = declare(signals.EE_CYLINDRICAL, 3)
         self.base_pose = declare(signals.BASE_POSE, 3)
         self.tool_position = declare(signals.TOOL_POSITION, 3)
         self.tool_velocity = declare(signals.TOOL_VELOCITY, 3)

@@ -1,0 +1,1 @@
+"""What a run shows: motion, metrics, and runs side by side."""

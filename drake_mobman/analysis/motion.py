@@ -1,0 +1,198 @@
+"""What the hand and the base truly did, worked out from a log.
+
+By forward kinematics of the robot's `MultibodyPlant`, and by nothing that a decomposer
+or a sensor goes by.
+"""
+
+import dataclasses as dc
+from typing import cast
+
+import numpy as np
+
+from drake_mobman import signals
+from drake_mobman.guidance.guiding_hand import holds
+from drake_mobman.robot_model import BASE_JOINTS, RobotModel
+from drake_mobman.robots.end_effector import EndEffectorStates, ee_states
+from drake_mobman.robots.kinematic import Kinematic
+from drake_mobman.scenario.scenario import Guided
+from drake_mobman.simulation.log import Log
+from drake_mobman.simulation.simulate import Run
+
+_ON_AXIS = 1e-6
+"""Reach below which its direction is lost in rounding [m]."""
+
+
+@dc.dataclass(frozen=True)
+class EndEffectorMotion:
+    """The hand's motion in W at each of N samples, in the plane.
+
+    Radial is along the reach S->E, tangential across it, to the left.
+    """
+
+    position: np.ndarray  # x, y of E in W (N, 2) [m].
+    axes: np.ndarray  # Angle of the reach in W (N,) [rad].
+    reach: np.ndarray  # l (N,) [m].
+    psi: np.ndarray  # The same angle in B, on from turn to turn (N,) [rad].
+    velocity: np.ndarray  # True velocity: radial, tangential (N, 2) [m/s].
+    rise: np.ndarray  # True velocity upwards (N,) [m/s].
+    commanded: np.ndarray  # Commanded from then on: v_c, l omega_c (N, 2) [m/s].
+    in_force: np.ndarray  # Commanded of the velocity that is there (N, 2) [m/s].
+
+    @property
+    def error(self) -> np.ndarray:
+        """Returns the true velocity less the one commanded of it (N, 2) [m/s]."""
+        return self.velocity - self.in_force
+
+    def led(self, period: float) -> np.ndarray:
+        """Returns x, y in W (N, 2) [m] of where the commanded velocity leads E.
+
+        It is integrated from the start by Euler steps [s], as the robot is.
+        """
+        radial, tangential = self.commanded.T
+        c, s = np.cos(self.axes), np.sin(self.axes)
+        v_W = np.stack([radial * c - tangential * s, radial * s + tangential * c], 1)
+        steps = np.vstack([self.position[:1], period * v_W[:-1]])
+        return np.cumsum(steps, axis=0)
+
+    def drift(self, period: float) -> np.ndarray:
+        """Returns how far E is from where the commanded velocity leads (N,) [m]."""
+        return np.linalg.norm(self.position - self.led(period), axis=1)
+
+
+def holding(run: Run) -> np.ndarray:
+    """Returns whether the force logged is that of a hand that holds the tool (N,).
+
+    It is the force of the control tick before. An operator's hand holds the tool unless
+    it drags another point.
+    """
+    if signals.DRAG in run.log:
+        dragged = run.log[signals.DRAG][:, 0] != 0
+        return ~np.append(False, dragged[:-1])
+    ticks = run.log["time"] - run.scenario.period / 2
+    releases = cast(Guided, run.scenario).hand.releases
+    return np.array([holds(time, releases) for time in ticks])
+
+
+def ee_motion(run: Run, model: RobotModel | None = None) -> EndEffectorMotion:
+    """Returns the hand's motion in a run; not commanded, it is commanded to rest.
+
+    At fidelity `Kinematic` the hand has at once the velocity that it is commanded. With
+    masses, the one that it has at a tick is what the command of the tick before, held
+    until then, has made of it.
+
+    Args:
+        run: whose log has a sample or more.
+        model: of its robot, where there is one already.
+    """
+    log, model = run.log, model or RobotModel(run.scenario.robot)
+    kinematic = isinstance(run.scenario.fidelity, Kinematic)
+    if kinematic:
+        states, velocity = _mean_motion(model, log, run.scenario.period)
+    else:
+        states, velocity = _instant_motion(model, log)
+    reach, axes = _polar(states)
+    command = log.get(signals.EE_COMMAND, np.zeros((len(reach), 3)))[:, :2]
+    held = command if kinematic else np.vstack([np.zeros(2), command[:-1]])
+    lever = np.stack([np.ones_like(reach), reach], 1)
+    return EndEffectorMotion(
+        position=states.p_WE[:, :2],
+        axes=axes,
+        reach=reach,
+        psi=_psi(axes - log[signals.BASE_POSE][:, 2], log),
+        velocity=velocity[:, :2],
+        rise=velocity[:, 2],
+        commanded=lever * command,
+        in_force=lever * held,
+    )
+
+
+def _instant_motion(
+    model: RobotModel, log: Log
+) -> tuple[EndEffectorStates, np.ndarray]:
+    """Returns the hand's states and its velocity of the instant (N, 3) [m/s].
+
+    Radial, tangential and up.
+    """
+    states = ee_states(model, _positions(log), _rates(log))
+    return states, _along(states.v_WE, _polar(states)[1])
+
+
+def _mean_motion(
+    model: RobotModel, log: Log, period: float
+) -> tuple[EndEffectorStates, np.ndarray]:
+    """Returns the same for joints that go straight for a whole Euler step.
+
+    Where they end is told, and not how they go: so what the arm makes of the velocity
+    is a mean over the step, in the coordinates that it is commanded in, with the base
+    where it finds it. What the base makes is of the instant, the arm at rest on it.
+    """
+    q, v = _positions(log), _rates(log)
+    by_arm, by_base = v.copy(), v.copy()
+    by_arm[:, :BASE_JOINTS] = by_base[:, BASE_JOINTS:] = 0.0
+    states = ee_states(model, q, by_base)
+    after = ee_states(model, q + period * by_arm)
+    reach, axes = _polar(states)
+    reach_after, axes_after = _polar(after)
+    # On the shoulder's axis it points nowhere: there it keeps its direction.
+    turn = np.where(reach_after < _ON_AXIS, 0.0, axes_after - axes)
+    turn = np.arctan2(np.sin(turn), np.cos(turn))
+    rise = after.p_WE[:, 2] - states.p_WE[:, 2]
+    moved = np.stack([reach_after - reach, reach * turn, rise], 1)
+    return states, moved / period + _along(states.v_WE, axes)
+
+
+def _positions(log: Log) -> np.ndarray:
+    """Returns positions of base and arm (N, 3 + n)."""
+    return np.hstack([log[signals.BASE_POSE], log[signals.ARM_POSITION]])
+
+
+def _rates(log: Log) -> np.ndarray:
+    """Returns the rates of these in W (N, 3 + n)."""
+    forward, sideways, omega = log[signals.BASE_VELOCITY].T
+    theta = log[signals.BASE_POSE][:, 2]
+    c, s = np.cos(theta), np.sin(theta)
+    base = [forward * c - sideways * s, forward * s + sideways * c, omega]
+    return np.hstack([np.stack(base, 1), log[signals.ARM_VELOCITY]])
+
+
+def _polar(states: EndEffectorStates) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the reach S->E (N,) [m] and its angle in W (N,) [rad], seen from above.
+
+    Where E is on the shoulder's axis, the angle is that of the next sample beside it.
+    """
+    x, y, _ = states.p_SE_W.T
+    reach, axes = np.hypot(x, y), np.arctan2(y, x)
+    beside = np.flatnonzero(reach >= _ON_AXIS)
+    if not beside.size:
+        return reach, np.zeros_like(axes)
+    following = np.searchsorted(beside, np.arange(len(axes)))
+    return reach, axes[beside[np.minimum(following, len(beside) - 1)]]
+
+
+def _along(v_W: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Returns velocities in W (N, 3) as radial, tangential and up [m/s]."""
+    x, y, up = v_W.T
+    c, s = np.cos(axes), np.sin(axes)
+    return np.stack([c * x + s * y, c * y - s * x, up], 1)
+
+
+def _psi(angle: np.ndarray, log: Log) -> np.ndarray:
+    """Returns angles (N,) [rad], on from turn to turn.
+
+    Which turn the first is in tell the joints alone: it is the one that is logged.
+    """
+    told = np.unwrap(angle)
+    turns = np.round((log[signals.EE_CYLINDRICAL][0, 1] - told[0]) / (2 * np.pi))
+    return told + 2 * np.pi * turns
+
+
+def manipulability(run: Run) -> np.ndarray:
+    """Returns sqrt(det(J J^T)) of T at each sample (N,)."""
+    log, model = run.log, RobotModel(run.scenario.robot)
+    q = _positions(log)
+    still = np.zeros(q.shape[1])
+    values = []
+    for sample in q:
+        model.set_state(sample, still)
+        values.append(model.manipulability())
+    return np.array(values)

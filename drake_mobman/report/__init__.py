@@ -1,0 +1,1 @@
+"""All that is made of a run: log, metrics, pictures."""

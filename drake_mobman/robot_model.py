@@ -1,0 +1,147 @@
+"""A robot's URDF loaded by `MultibodyPlant`: frames, limits, kinematics, picture."""
+
+from typing import Any, Protocol
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, JacobianWrtVariable
+
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import JointLimits
+from drake_mobman.base.velocity_field import Reach
+
+BASE_JOINTS = 3
+"""x, y and theta stand first among a robot's positions; the arm's joints follow."""
+
+
+class Robot(Protocol):
+    """What the scenario says of a robot, and what follows from it."""
+
+    def defaults(self) -> list[Any]:
+        """Returns what fits the robot, for `robots.defaults`, one of a kind."""
+
+    def urdf(self) -> str:
+        """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
+
+    def arm(self) -> ArmKinematics:
+        """Returns the arm's kinematics."""
+
+    def reach(self) -> Reach:
+        """Returns the arm as a velocity field sees it."""
+
+
+def drawn_plant(robot: Robot) -> tuple[Any, Any]:
+    """Returns the robot as a finished `MultibodyPlant`, and the `SceneGraph` of it."""
+    scene_graph, plant = SceneGraph(), MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
+    plant.Finalize()
+    return plant, scene_graph
+
+
+def moving_joints(plant: Any) -> list[Any]:
+    """Returns a finished plant's joints that move, in the order of its positions.
+
+    Drake numbers joints as the URDF declares them, and positions from the base on.
+    """
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    moving = [joint for joint in joints if joint.num_positions()]
+    return sorted(moving, key=lambda joint: joint.position_start())
+
+
+class RobotModel:
+    """A robot as a finished `MultibodyPlant` that is asked, not stepped.
+
+    Attributes:
+        plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
+        arm_joints: names of the arm's joints, in the order of their positions.
+        arm_bodies: indices in the plant of the bodies that these move, by name.
+        limits: of the arm's joints, from the URDF.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.plant = MultibodyPlant(0.0)
+        Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
+        self.plant.Finalize()
+        arm = moving_joints(self.plant)[BASE_JOINTS:]
+        self.arm_joints = [joint.name() for joint in arm]
+        moved = self.plant.GetBodiesKinematicallyAffectedBy([x.index() for x in arm])
+        self.arm_bodies = {self.plant.get_body(i).name(): int(i) for i in moved}
+        self.limits = joint_limits(self.plant)
+        self._context = self.plant.CreateDefaultContext()
+
+    def set_state(self, q: Any, v: Any) -> None:
+        """Takes positions and velocities of base and arm, (3 + n,) each."""
+        self.plant.SetPositions(self._context, q)
+        self.plant.SetVelocities(self._context, v)
+
+    def p_W(self, link: str) -> Any:
+        """Returns the position (3,) of a link's origin in W [m]."""
+        frame = self.plant.GetFrameByName(link)
+        return frame.CalcPoseInWorld(self._context).translation()
+
+    def v_W(self, link: str) -> Any:
+        """Returns the velocity (3,) of a link's origin in W [m/s]."""
+        frame = self.plant.GetFrameByName(link)
+        return frame.CalcSpatialVelocityInWorld(self._context).translational()
+
+    def motion_W(self, body: Any, state: Any) -> tuple[Any, Any]:
+        """Returns position [m] and velocity [m/s] (3,) in W of a body's origin.
+
+        Quicker than `p_W` and `v_W` after `set_state`.
+
+        Args:
+            body: of the plant.
+            state: positions of base and arm, then velocities, 2 (3 + n,).
+        """
+        X_WB, V_WB = self._motion(body, state)
+        return X_WB.translation(), V_WB.translational()
+
+    def point_W(self, body: int, p_BQ: Any, state: Any) -> tuple[Any, Any]:
+        """Returns position [m] and velocity [m/s] (3,) in W of a point Q of a body B.
+
+        Args:
+            body: index of B in the plant.
+            p_BQ: where in B (3,) [m].
+            state: positions of base and arm, then velocities, 2 (3 + n,).
+        """
+        X_WB, V_WB = self._motion(self.plant.get_body(BodyIndex(body)), state)
+        V_WQ = V_WB.Shift(X_WB.rotation() @ p_BQ)
+        return X_WB @ p_BQ, V_WQ.translational()
+
+    def _motion(self, body: Any, state: Any) -> tuple[Any, Any]:
+        """Returns pose and spatial velocity in W of a body, in such a state."""
+        self.plant.SetPositionsAndVelocities(self._context, state)
+        return (
+            self.plant.EvalBodyPoseInWorld(self._context, body),
+            self.plant.EvalBodySpatialVelocityInWorld(self._context, body),
+        )
+
+    def manipulability(self) -> float:
+        """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints.
+
+        For an arm with fewer than three joints, sqrt(det(J^T J)).
+        """
+        base = self.plant.GetFrameByName("base")
+        J = self.plant.CalcJacobianTranslationalVelocity(
+            self._context,
+            JacobianWrtVariable.kV,
+            self.plant.GetFrameByName("tee"),
+            np.zeros(3),
+            base,
+            base,
+        )[:, BASE_JOINTS:]
+        gram = J @ J.T if J.shape[1] >= 3 else J.T @ J
+        return float(np.sqrt(max(np.linalg.det(gram), 0.0)))
+
+
+def joint_limits(plant: Any) -> JointLimits:
+    """Returns the limits of the arm's joints of a finished plant."""
+    return JointLimits(
+        lower=plant.GetPositionLowerLimits()[BASE_JOINTS:],
+        upper=plant.GetPositionUpperLimits()[BASE_JOINTS:],
+        velocity=plant.GetVelocityUpperLimits()[BASE_JOINTS:],
+        acceleration=plant.GetAccelerationUpperLimits()[BASE_JOINTS:],
+    )

@@ -1,0 +1,54 @@
+"""Where the hand is and how it moves, by forward kinematics of the robot's plant.
+
+What is measured of the hand is told from here, which knows nothing of how a decomposer
+or a sensor reckons with it.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from drake_mobman.robot_model import BASE_JOINTS, RobotModel, moving_joints
+
+
+@dc.dataclass(frozen=True)
+class EndEffectorStates:
+    """The end effector E and the shoulder S in W, at each of N samples."""
+
+    p_WE: np.ndarray  # (N, 3) [m].
+    p_WS: np.ndarray  # (N, 3) [m].
+    v_WE: np.ndarray  # (N, 3) [m/s].
+
+    @property
+    def p_SE_W(self) -> np.ndarray:
+        """Returns where E is from S, in W's axes (N, 3) [m]."""
+        return self.p_WE - self.p_WS
+
+
+def ee_states(
+    model: RobotModel, q: np.ndarray, v: np.ndarray | None = None
+) -> EndEffectorStates:
+    """Returns the hand's states, asked of the model's `MultibodyPlant`.
+
+    S is the origin of the arm's first joint on what carries it.
+
+    Args:
+        model: of the robot.
+        q: positions of base and arm (N, 3 + n).
+        v: their rates (N, 3 + n); at rest unless given.
+    """
+    plant = model.plant
+    context = plant.CreateDefaultContext()
+    E = plant.GetBodyByName("tool")
+    first = moving_joints(plant)[BASE_JOINTS].frame_on_parent()
+    carrier, p_CS = first.body(), first.GetFixedPoseInBodyFrame().translation()
+    p_WE, p_WS, v_WE = np.zeros((3, len(q), 3))
+    for k in range(len(q)):
+        plant.SetPositions(context, q[k])
+        p_WE[k] = plant.EvalBodyPoseInWorld(context, E).translation()
+        p_WS[k] = plant.EvalBodyPoseInWorld(context, carrier).multiply(p_CS)
+        if v is not None:
+            plant.SetVelocities(context, v[k])
+            V_WE = plant.EvalBodySpatialVelocityInWorld(context, E)
+            v_WE[k] = V_WE.translational()
+    return EndEffectorStates(p_WE, p_WS, v_WE)

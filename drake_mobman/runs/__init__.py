@@ -1,1 +1,0 @@
-"""Runs: scenarios, simulation, the run folder, metrics and figures."""

@@ -1,0 +1,1 @@
+"""A scenario simulated: its log, and the folder it goes to."""

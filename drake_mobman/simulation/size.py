@@ -1,0 +1,83 @@
+"""How much a scenario would simulate and log, before any of it is done."""
+
+import os
+import shutil
+from pathlib import Path
+
+from drake_mobman.diagrams import make_diagram
+from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.servo import Servo
+from drake_mobman.scenario.scenario import AnyScenario
+
+_NUMBER = 8
+"""Bytes of a number."""
+
+_TWICE = 2
+"""A log is on disk, or in memory, twice for a while."""
+
+_WIDE = 500
+"""Numbers in a sample of the log that none exceeds by far."""
+
+_MOST_STEPS = 10_000
+"""Of the plant in a control period."""
+
+
+def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
+    """Finds out whether there is room for a scenario's log.
+
+    Args:
+        scenario: checked, as `load_scenario` returns it.
+        folder: where the log goes, or where its first parent that exists is; without
+            one, it goes into memory.
+
+    Raises:
+        ParameterError: where there is not, or where it would never end.
+    """
+    _check_steps(scenario)
+    samples = scenario.duration / scenario.period + 1
+    room = _memory() // 2 if folder is None else _disk(folder)
+    if samples * _NUMBER * _WIDE * _TWICE < room:
+        return
+    size = samples * _NUMBER * _numbers(scenario) * _TWICE
+    if size > room:
+        where = "memory" if folder is None else "disk"
+        valid = (
+            f"makes {samples:.4g} samples at a period of {scenario.period:g} s, "
+            f"{_bytes(size)} of log; there are {_bytes(room)} of {where}"
+        )
+        raise ParameterError("duration", scenario.duration, valid)
+
+
+def _check_steps(scenario: AnyScenario) -> None:
+    if isinstance(scenario.fidelity, Servo):
+        steps = scenario.period / scenario.fidelity.step
+        if steps > _MOST_STEPS:
+            valid = (
+                f"makes {steps:.4g} steps of the plant in a control period of "
+                f"{scenario.period:g} s; must make at most {_MOST_STEPS}"
+            )
+            raise ParameterError("fidelity.step", scenario.fidelity.step, valid)
+
+
+def _numbers(scenario: AnyScenario) -> int:
+    """Returns how many numbers a sample of the log holds."""
+    diagram = make_diagram(scenario, logged=False)
+    ports = map(diagram.get_output_port, range(diagram.num_output_ports()))
+    return 1 + sum(port.size() for port in ports)
+
+
+def _memory() -> int:
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def _disk(folder: Path) -> int:
+    there = next(at for at in (folder, *folder.parents) if at.exists())
+    return shutil.disk_usage(there).free
+
+
+def _bytes(size: float) -> str:
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:.3g} PB"
