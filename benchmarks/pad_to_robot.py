@@ -25,7 +25,8 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 from drake_mobman.console import session as session_module
-from drake_mobman.console.server import Server, listening
+from drake_mobman.console.addresses import listening
+from drake_mobman.console.server import Server
 from drake_mobman.console.session import LiveSession
 from drake_mobman.scenario.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate

@@ -356,7 +356,7 @@ def drive(
 
     # A signal only says that one wants to end; so nothing is cut off, at any moment.
     with Stop() as stop:
-        from drake_mobman.console.driving import scenario_file
+        from drake_mobman.console.launch import scenario_file
         from drake_mobman.scenario.scenario import ScenarioError, load_scenario
 
         try:
@@ -373,7 +373,7 @@ def drive_one(
     name: str, scenario: Any, record: Path | None, desk: Callable[[Any], Any], stop: Any
 ) -> int:
     """Has a scenario driven from a desk until one wants to end; returns a status."""
-    from drake_mobman.console.driving import open_page, serve
+    from drake_mobman.console.launch import open_page, serve
     from drake_mobman.console.session import LiveSession
     from drake_mobman.parameters import ParameterError
     from drake_mobman.simulation.output_folder import FolderError
@@ -421,7 +421,8 @@ def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], An
             "the page needs NiceGUI: pip install 'drake_mobman[console]'; "
             "--plain goes without"
         )
-    from drake_mobman.console.server import Server, listening
+    from drake_mobman.console.addresses import listening
+    from drake_mobman.console.server import Server
     from drake_mobman.terminal import log_in_lines
 
     log_in_lines()
@@ -437,12 +438,13 @@ def desk_on_a_page(name: str, host: str, port: int | None) -> Callable[[Any], An
 
 def desk_in_meshcat(host: str, port: int | None) -> Callable[[Any], Any]:
     """Returns what serves a session by Meshcat alone, or refuses."""
-    from drake_mobman.console.panel_process import EXPOSED, PanelProcess, free_place
+    from drake_mobman.console.addresses import free_address
+    from drake_mobman.console.panel_process import EXPOSED, PanelProcess
 
     if host != "127.0.0.1":
         refuse("--plain is served to this machine alone; --host is for the page")
     try:
-        place = free_place(port)
+        place = free_address(port)
     except OSError as error:
         refuse(f"cannot serve at port {port}: {error.strerror}")
 

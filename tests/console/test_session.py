@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 from drake_mobman.console import session as session_module
 from drake_mobman.console.mailbox import OperatorInput
-from drake_mobman.console.recorder import PART, Recorder, finish
+from drake_mobman.console.recorder import PART, Recorder, complete
 from drake_mobman.console.session import LiveSession
 from drake_mobman.scenario.scenario import load_scenario
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
@@ -76,7 +76,7 @@ class Stick:
             if self.speaks.is_set():
                 self.sequence += 1
                 said = OperatorInput(self.sequence, *self.command, self.dead_man)
-                self.session.tell(said)
+                self.session.send(said)
 
     def arm(self, *command):
         """Lets go, presses, and pushes."""
@@ -122,7 +122,7 @@ def test_stick_moves_the_robot_and_every_way_to_stop_it_says_why():
         stopped_by(session, GateStatus.STOPPED)
         assert session.snapshot().text.startswith("stopped by a viewer; ")
         stick.arm(0.1, 0.0, 0.0)
-        session.hand_over()
+        session.release()
         stick.sequence = 0  # Another's device, which counts from where it likes.
         stopped_by(session, GateStatus.GONE)
         stick.arm(0.1, 0.0, 0.0)
@@ -135,7 +135,7 @@ def test_it_keeps_to_the_wall_clock():
         time.sleep(2.0)
         went = session.snapshot().time - simulated
         assert went == pytest.approx(time.monotonic() - began, abs=0.5)
-        assert session.snapshot().real_time_ratio > 0.7
+        assert session.snapshot().real_time_factor > 0.7
 
 
 def test_snapshot_tells_all_that_a_page_shows():
@@ -204,11 +204,11 @@ def mess_about(session, seconds, seed):
                 sequence += 1
                 late = int(rng.integers(0, 3)) if rng.random() < 0.2 else 0
                 said = OperatorInput(sequence - late, *command, held)
-                session.tell(said)
+                session.send(said)
                 time.sleep(rng.uniform(0.001, 0.03))
         event = rng.random()
         if event < 0.2:
-            session.tell(OperatorInput(sequence + 1, float("nan"), 0, 0, True))
+            session.send(OperatorInput(sequence + 1, float("nan"), 0, 0, True))
         elif event < 0.3:
             session.stop("a child")
         elif event < 0.5:
@@ -250,7 +250,7 @@ session = LiveSession(load_scenario("kwon_spatial")[1], record=Path(sys.argv[1])
 k = 0
 while True:
     k += 1
-    session.tell(OperatorInput(k, 0.2 * (k > 10), 0.1 * (k > 10), 0.0, k > 10))
+    session.send(OperatorInput(k, 0.2 * (k > 10), 0.1 * (k > 10), 0.0, k > 10))
     time.sleep(0.02)
     print(session.snapshot().time, flush=True)
 """
@@ -368,7 +368,7 @@ def test_figures_that_cannot_be_drawn_cost_no_log(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Figure, "savefig", full)
     with pytest.raises(OSError, match="No space left"):
-        finish(recorder.folder, 0.2)
+        complete(recorder.folder, 0.2)
     same(run.log, recorder.folder)
 
 
@@ -391,7 +391,7 @@ def test_session_that_dies_says_so_in_a_line_and_keeps_its_log(tmp_path, monkeyp
         died = session.snapshot().died
         assert died == "died at t = 0.51 s: arm_position is not finite any more"
         assert session.snapshot().text.startswith(died)
-        session.tell(OperatorInput(1))  # Nobody is disturbed.
+        session.send(OperatorInput(1))  # Nobody is disturbed.
         session.stop("a viewer")
         monkeypatch.undo()
         session.reset()
@@ -410,7 +410,9 @@ def test_recording_that_cannot_be_written_does_not_stop_the_session(tmp_path, fi
         until(lambda: session.snapshot().time > 0.5, "it records")
         # A disk that is full: what has been written stays, nothing more gets there.
         with Path("/dev/full").open("ab") as full:
-            os.dup2(full.fileno(), getattr(session._recorder, file).fileno())
+            os.dup2(
+                full.fileno(), getattr(session._recordings._recorder, file).fileno()
+            )
         until(lambda: session.snapshot().problem, "it notices")
         assert session.snapshot().problem == (
             "recording ended: [Errno 28] No space left on device"

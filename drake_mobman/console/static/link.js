@@ -2,7 +2,7 @@
 // arrives late is worse than none.
 
 const AGAIN = 500; // Before a socket that closed is opened again [ms].
-const SILENT = 1000; // Without a word from the session, one is told so [ms].
+const SILENT = 1000; // Without data from the session, the page says so [ms].
 const LOST = 5000; // After that, another socket is tried [ms].
 
 export class Link {
@@ -39,7 +39,7 @@ export class Link {
   check() {
     const silent = performance.now() - this.last;
     if (this.socket.readyState !== WebSocket.OPEN || silent < SILENT) return;
-    this.closed("not a word from it");
+    this.closed("no data from it");
     if (silent > LOST) this.socket.close();
   }
 

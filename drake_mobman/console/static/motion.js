@@ -1,10 +1,10 @@
 // What moves in the picture, heard from the session by a socket of its own.
 
 const AGAIN = 500; // Before a socket that closed is opened again [ms].
-const SILENT = 3000; // Without a word from the session, the picture stands still [ms].
+const SILENT = 3000; // Without data from the session, the picture is frozen [ms].
 
 export class Motion {
-  // `still(why)` is called with why the picture stands still, or nothing if it does not.
+  // `still(why)` is called with why the picture is frozen, or nothing if it is not.
   constructor(still) {
     this.still = still;
     this.viewer = null;
@@ -40,14 +40,14 @@ export class Motion {
     };
     socket.onclose = () => {
       if (socket !== this.socket || !this.viewer) return;
-      this.still("The picture stands still: no connection to the session.");
+      this.still("The picture is frozen: no connection to the session.");
       setTimeout(() => socket === this.socket && this.viewer && this.#open(), AGAIN);
     };
   }
 
   #check() {
     if (!this.viewer || performance.now() - this.last < SILENT) return;
-    this.still("The picture stands still: not a word from the session.");
+    this.still("The picture is frozen: no data from the session.");
     this.#open();
   }
 
