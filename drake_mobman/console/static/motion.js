@@ -1,4 +1,4 @@
-// What moves in the picture, heard from the session by a socket of its own.
+// What moves in the picture, received from the session over its own WebSocket.
 
 const AGAIN = 500; // Before a socket that closed is opened again [ms].
 const SILENT = 3000; // Without data from the session, the picture is frozen [ms].
@@ -8,11 +8,11 @@ export class Motion {
   constructor(still) {
     this.still = still;
     this.viewer = null;
-    this.last = 0; // When it was last heard [ms].
+    this.last = 0; // When data last arrived [ms].
     setInterval(() => this.#check(), SILENT / 3);
   }
 
-  // Shows in Meshcat's viewer, from now on, what moves.
+  // Shows what moves in Meshcat's viewer from now on.
   show(viewer, { THREE }) {
     this.viewer = viewer;
     this.lines = THREE.Float32BufferAttribute;
@@ -30,7 +30,7 @@ export class Motion {
     const secure = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${secure}://${location.host}/view/`);
     this.socket = socket;
-    this.points = {}; // Of lines, by path; all is told anew.
+    this.points = {}; // Of lines, by path; the session sends all again.
     this.last = performance.now();
     socket.onmessage = ({ data }) => {
       if (socket !== this.socket || !this.viewer) return;
@@ -65,7 +65,7 @@ export class Motion {
     this.points[path] = points;
     const names = path.split("/").filter(Boolean);
     const { geometry } = this.viewer.scene_tree.find([...names, "<object>"]).object;
-    geometry.dispose(); // What the graphics card holds of it.
+    geometry.dispose(); // Frees its memory on the graphics card.
     geometry.setAttribute("position", new this.lines(points.flat(), 3));
     geometry.computeBoundingSphere();
     this.viewer.set_dirty();
