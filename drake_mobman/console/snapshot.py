@@ -7,13 +7,13 @@ from drake_mobman.teleop.gate import Arming, GateStatus
 
 _REASON = {
     GateStatus.OK: "driving",
-    GateStatus.NOT_FINITE: "stopped: the command was not finite",
-    GateStatus.OVER_RANGE: "stopped: the command was out of range",
+    GateStatus.NOT_FINITE: "stopped: command not finite",
+    GateStatus.OVER_RANGE: "stopped: command out of range",
     GateStatus.NOT_ARMED: "not armed yet",
-    GateStatus.RELEASED: "stopped: the dead-man was released",
-    GateStatus.STALE: "stopped: no input from the operator in time",
+    GateStatus.RELEASED: "stopped: dead-man released",
+    GateStatus.STALE: "stopped: no recent input",
     GateStatus.STOPPED: "stopped by {who}",
-    GateStatus.GONE: "stopped: the operator has left",
+    GateStatus.GONE: "stopped: the operator left",
 }
 
 _NEXT_STEP = {

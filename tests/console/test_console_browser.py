@@ -196,7 +196,7 @@ def test_pad_drives_the_hand_out_and_then_the_base_and_letting_go_stops(
     console.release()
     console.until(lambda: rests(session), "it rests")
     console.says(arming="ready")
-    assert console.status.startswith("stopped: the dead-man was released")
+    assert console.status.startswith("stopped: dead-man released")
     console.push(-0.9, 0.0)
     console.until(lambda: signal_of(session, "ee_command")[1] > 0.2, "to the left")
     console.release()
@@ -1026,7 +1026,7 @@ def test_arm_is_pulled_by_control_and_the_mouse_and_played_back_bit_for_bit(
             # It is let go just as well where the attention goes elsewhere.
             grabbed(console, "link6")
             console.frame.evaluate("window.dispatchEvent(new Event('blur'))")
-            console.until(lambda: "was released" in console.status, "it stops")
+            console.until(lambda: "dead-man released" in console.status, "it stops")
             mouse.up()
             keys.up("Control")
             assert console.errors == []

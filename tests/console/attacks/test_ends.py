@@ -187,7 +187,7 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
 def test_operator_who_is_killed_leaves_the_robot_at_rest(drive, operator):
     operator.moves()
     operator.socket.shutdown(socket.SHUT_RDWR)  # As the kernel does of a browser.
-    state = drive.rests("stopped: the operator has left")
+    state = drive.rests("stopped: the operator left")
     assert state["arming"] != ARMED
 
 

@@ -161,7 +161,7 @@ def test_what_is_replayed_or_of_a_wrong_clock_does_not_drive(drive, operator_of,
             operator.holds = None
             time.sleep(1 / 30)
         operator.rests()
-        assert "no input from the operator in time" in operator.state["text"]
+        assert "no recent input" in operator.state["text"]
 
 
 # --- Who says it ---------------------------------------------------------------------
