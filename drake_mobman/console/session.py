@@ -94,7 +94,7 @@ class LiveSession:
         self._mailbox.clear()
 
     def stop(self, who: str) -> None:
-        """Stops the robot, whoever drives; `who` stops it, as in "a viewer"."""
+        """Stops the robot, whoever drives; `who` is shown, as "stopped by a viewer"."""
         self._stopped_by = who
         self._mailbox.stop()
 
@@ -235,6 +235,6 @@ class LiveSession:
         )
 
     def _update_snapshot(self, **changes: Any) -> None:
-        """Changes the last snapshot, as one does not come from a simulation at rest."""
+        """Changes the last snapshot: a simulation that has stopped makes no new one."""
         problem = self._recordings.problem
         self._snapshot = dc.replace(self._snapshot, problem=problem, **changes)

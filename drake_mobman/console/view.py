@@ -36,7 +36,7 @@ _DRAGGABLE = "/drake"
 _FLOOR = "/floor"
 """Path of the floor, which moves with the base by whole cells."""
 
-_HAND = f"{_WORLD}/hand"
+_HAND = f"{_WORLD}/guiding_hand"
 """Path of the hand that pulls."""
 
 _BASE_TRAIL, _EE_TRAIL = f"{_WORLD}/base_trail", f"{_WORLD}/ee_trail"
