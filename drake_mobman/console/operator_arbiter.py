@@ -130,6 +130,8 @@ class OperatorArbiter:
                     self._session.record(None)
                 case "choose":
                     self._session.choose(press.choice)
+                case other:
+                    raise AssertionError(f"nothing is done for {other!r}")
         except (OSError, ValueError) as error:
             page.notice = visible(" ".join(str(error).split()))
 

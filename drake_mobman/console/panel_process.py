@@ -119,6 +119,8 @@ class PanelProcess:
                 self._session.send(OperatorInput(*arguments), latency)
             case "stop" | "choose" | "reset":
                 getattr(self._session, name)(*arguments)
+            case other:
+                raise AssertionError(f"nothing is done for {other!r}")
 
     def _kill(self) -> None:
         self._pipe.close()

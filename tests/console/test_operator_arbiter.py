@@ -7,7 +7,7 @@ import types
 import pytest
 
 from drake_mobman.console.mailbox import OperatorInput
-from drake_mobman.console.messages import BURST, MessageError
+from drake_mobman.console.messages import ACTIONS, BURST, MessageError
 from drake_mobman.console.operator_arbiter import (
     IDLE_TIMEOUT,
     MAX_PRESS_LATENCY,
@@ -179,3 +179,11 @@ def test_flood_is_refused_even_of_messages_that_count_for_nothing(arbiter):
         arbiter.receive(viewer, push())
     with pytest.raises(MessageError, match="too many"):
         arbiter.receive(viewer, push())
+
+
+@pytest.mark.parametrize("action", ACTIONS)
+def test_operator_may_press_every_button_of_the_page(arbiter, session, action):
+    page = arbiter.join()
+    session.calls.clear()
+    asks(arbiter, page, action, choice="exact")
+    assert (len(session.calls) == 1) == (action != "take")  # Who drives need not take.
