@@ -32,7 +32,7 @@ def make_blended_loop(blending: Blending, smoother: Smoother, l: float) -> Diagr
     blocks = {
         "decomposer": BlendingDecomposer(blending),
         "smoother": CommandSmoother(smoother, PERIOD),
-        "arm": ClosedFormInverse(arm, RobotModel(planar).limits, PERIOD),
+        "arm": ClosedFormInverse(arm, RobotModel(planar).joint_limits, PERIOD),
         "robot": make_robot(planar, [0, 0, 0, *arm.inverse((l, 0, 0))], PERIOD),
     }
     systems = [builder.AddNamedSystem(*block) for block in blocks.items()]
