@@ -8,7 +8,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 from drake_mobman import signals
 from drake_mobman.compiled import compiled
 from drake_mobman.scenario.scenario import Scenario
-from drake_mobman.simulation.log import log_signals
+
+from .logger import log_signals
 
 Ports = dict[str, Any]
 """Output ports by the name of the signal that they put out."""

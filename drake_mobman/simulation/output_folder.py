@@ -8,13 +8,13 @@ is killed between two moves leaves the rest in the draft, for the next one to go
 
 import fcntl
 import os
-import secrets
 import shutil
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
+from drake_mobman.files import FolderError, refusal, resolved
 from drake_mobman.simulation.manifest import (
     DRAFT,
     MANIFEST,
@@ -25,9 +25,14 @@ from drake_mobman.simulation.manifest import (
     write_manifest,
 )
 
-
-class FolderError(OSError):
-    """A folder that cannot be written to; the message is one line."""
+__all__ = [
+    "FolderError",
+    "OutputFolder",
+    "check_folder",
+    "check_is_ours",
+    "refusal",
+    "resolved",
+]
 
 
 class OutputFolder:
@@ -227,56 +232,6 @@ def check_is_ours(path: Path, kind: Sequence[str]) -> None:
     written = [read_manifest(folder), read_manifest(folder / DRAFT)]
     for what in not_ours(folder, written, kind):
         raise FolderError(refusal(path, f"it holds {what}"))
-
-
-@contextmanager
-def new_file(file: Path) -> Iterator[Path]:
-    """Gives a file to write to, which takes the place of `file` at the end.
-
-    Raises:
-        FolderError: if `file` cannot be made.
-    """
-    target = resolved(file)
-    draft = target.with_name(f".{secrets.token_hex(8)}.part")
-    try:
-        if target.is_dir():
-            raise FolderError(f"{file}: cannot be written, it is a folder")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        draft.touch(exist_ok=False)
-    except FolderError:
-        raise
-    except OSError as error:
-        raise FolderError(f"{file}: cannot be written, {error.strerror}") from None
-    try:
-        yield draft
-        draft.replace(target)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
-
-
-def resolved(path: Path) -> Path:
-    """Returns a path from the root, without links.
-
-    Raises:
-        FolderError: where there is no such path, or a link leads nowhere.
-    """
-    try:
-        for at in (path, *path.parents):
-            if at.is_symlink() and not at.exists():
-                why = f"{at} is a link that leads nowhere"
-                raise FolderError(refusal(path, why))
-        return path.resolve()
-    except FolderError:
-        raise
-    except (OSError, RuntimeError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise FolderError(refusal(path, why)) from None
-
-
-def refusal(path: Path, why: str) -> str:
-    """Returns the line that says why a folder cannot be written to."""
-    return f"{path}: cannot be written, {why}; must be new, or of an earlier run"
 
 
 _TAKEN = -2
