@@ -290,7 +290,7 @@ def bench_one(
 
     from drake_mobman.analysis.compare import with_each
     from drake_mobman.benchmarking.bench import bench as timed
-    from drake_mobman.benchmarking.bench import report
+    from drake_mobman.benchmarking.tables import report
     from drake_mobman.files import FolderError, new_file
     from drake_mobman.parameters import ParameterError
     from drake_mobman.scenario.scenario import ScenarioError

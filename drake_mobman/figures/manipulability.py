@@ -31,7 +31,7 @@ def draw_manipulability(run: Run) -> Figure:
     joint = model.arm_joints[np.argmin(margins[np.argmin(nearest)])]
     figure = new_figure(3.3)
     panels = figure.subplots(2, 1, sharex=True)
-    label = f"manipulability, least {np.min(values):.3g}"
+    label = f"manipulability, minimum {np.min(values):.3g}"
     panels[0].plot(time, values, **EE_LINE, label=label)
     # A velocity in space [m/s] by joint rates [rad/s]: m for each direction.
     power = min(q.shape[1], 3)
@@ -39,7 +39,7 @@ def draw_manipulability(run: Run) -> Figure:
     label_axes(panels[0], "", rf"$\sqrt{{\det JJ^T}}$ [{unit}]", "a")
     panels[1].plot(time, margins, color="0.8", lw=0.7)
     panels[1].plot([], [], color="0.8", lw=0.7, label="each joint")
-    label = f"nearest to its limit, least {np.min(nearest):.3g} rad, {joint}"
+    label = f"nearest to its limit, minimum {np.min(nearest):.3g} rad, {joint}"
     panels[1].plot(time, nearest, color=ARM, lw=1.4, label=label)
     label_axes(panels[1], TIME, "joint margin [rad]", "b")
     for axes, x in zip(panels, (values, nearest), strict=True):

@@ -67,7 +67,7 @@ def draw_strip(run: Run) -> Figure:
         axes.plot(*hand.T, color=END_EFFECTOR, lw=0.8, alpha=0.5)
         axes.plot(*hand[: k + 1].T, color=END_EFFECTOR, lw=1.4, label="hand")
         axes.plot(*hand[k], "o", color=END_EFFECTOR, mec="white", ms=5)
-        axes.plot([], [], color=COMMAND, lw=1.4, label="its force")
+        axes.plot([], [], color=COMMAND, lw=1.4, label="force")
         if force[k].any():
             arrow = {"arrowstyle": "-|>", "color": COMMAND, "shrinkA": 0, "shrinkB": 0}
             arrow |= {"lw": 1.4, "mutation_scale": 7}

@@ -17,9 +17,9 @@ from drake_mobman.analysis.compare import (
     chosen_decomposers,
     compared,
     decomposers_by_name,
-    markdown_table,
     with_each,
 )
+from drake_mobman.analysis.markdown import markdown_table
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.cli import app as cli
 from drake_mobman.decomposers.blending import Blending

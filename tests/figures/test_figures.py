@@ -117,12 +117,12 @@ def test_switching_is_drawn_as_a_step():
 
 def test_slip_and_drift_are_those_of_the_metrics(arbitrary, figures):
     numbers = metrics(arbitrary)
-    (error,) = figures["hand_velocity"].axes[2].lines
+    (error,) = figures["ee_velocity"].axes[2].lines
     assert np.max(error.get_ydata()) == numbers["ee_error_max"] > 0.1
     drawn = lines(figures["path"].axes[0])
-    hand = drawn["hand"].get_xydata()
-    led = drawn["where the command leads"].get_xydata()
-    drift = np.max(np.linalg.norm(hand - led, axis=1))
+    path = drawn["end effector"].get_xydata()
+    commanded = drawn["command"].get_xydata()
+    drift = np.max(np.linalg.norm(path - commanded, axis=1))
     assert drift == pytest.approx(numbers["ee_drift_max"], rel=1e-9)
 
 
