@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from drake_mobman import figures as figures_package
 from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.decomposers.blending import blended_share
 from drake_mobman.decomposers.share import base_speed, radial_weight
-from drake_mobman.figures import draw_figures
+from drake_mobman.figures import FIGURES, RunFigure, draw_figures
 from drake_mobman.figures.style import LIMIT
 from drake_mobman.scenario.scenario import load_scenario
 from drake_mobman.simulation.simulate import Run, simulate
@@ -195,3 +196,23 @@ def test_global_settings_of_matplotlib_are_left_alone(arbitrary):
     before = settings()
     dict(draw_figures(arbitrary))
     assert settings() == before
+
+
+def test_a_new_figure_is_a_function_and_a_line(arbitrary, monkeypatch):
+    def draw(run: Run) -> Figure:
+        figure = Figure()
+        figure.subplots().plot(run.time, run[signals.BASE_POSE][:, 0])
+        return figure
+
+    own = RunFigure("x_of_base", draw)
+    never = RunFigure("never", draw, lambda run: "nothing_logged" in run.log)
+    monkeypatch.setattr(figures_package, "FIGURES", [own, never])
+    ((name, figure),) = draw_figures(arbitrary)
+    assert name == "x_of_base"
+    drawn = figure.axes[0].lines[0].get_ydata()
+    assert np.array_equal(drawn, arbitrary[signals.BASE_POSE][:, 0])
+
+
+def test_no_two_figures_have_the_same_file():
+    names = [figure.name for figure in FIGURES]
+    assert len(names) == len(set(names))
