@@ -13,12 +13,12 @@ class FolderError(OSError):
 
 
 def read_file(path: Path, most: int) -> bytes:
-    """Returns what is in a file of at most so many bytes.
+    """Returns the content of a file of at most `most` bytes.
 
-    A pipe or a device is not opened for long: it might never end, or never begin.
+    A pipe or a device is refused: it might never end, or never begin.
 
     Raises:
-        FileNotFoundError: where there is none.
+        FileNotFoundError: where there is no file.
         OSError: where it cannot be read, is no file, or is longer.
     """
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
@@ -37,7 +37,7 @@ def read_file(path: Path, most: int) -> bytes:
 
 @contextmanager
 def new_file(file: Path) -> Iterator[Path]:
-    """Gives a file to write to, which takes the place of `file` at the end.
+    """Yields a file to write to, which replaces `file` at the end.
 
     Raises:
         FolderError: if `file` cannot be made.
@@ -62,7 +62,7 @@ def new_file(file: Path) -> Iterator[Path]:
 
 
 def resolved(path: Path) -> Path:
-    """Returns a path from the root, without links.
+    """Returns an absolute path without links.
 
     Raises:
         FolderError: where there is no such path, or a link leads nowhere.
