@@ -7,16 +7,10 @@ from typing import Any
 
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.table import flat_table
-from drake_mobman.diagrams.teleop import make_decomposer
+from drake_mobman.decomposers import Decomposer
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.defaults import default_of
-from drake_mobman.scenario.scenario import (
-    AnyScenario,
-    Decomposer,
-    ScenarioError,
-    Teleop,
-)
+from drake_mobman.scenario import AnyScenario, ScenarioError, Teleop
 from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.run_folder import finite
 from drake_mobman.simulation.simulate import simulate
@@ -63,14 +57,13 @@ def with_each(
             does not work with the rest of the scenario.
     """
     scenario = commanded(scenario)
-    model = RobotModel(scenario.robot)
     variants = {}
     for name, kind in decomposers.items():
         try:
             params = _like(scenario.decomposer, default_of(scenario.robot, kind))
             # A recorded operator cannot choose another.
             variant = dc.replace(scenario, decomposer=params, alternatives=[])
-            make_decomposer(checked(variant), model)
+            checked(variant)
         except ParameterError as error:
             raise ScenarioError(f"with decomposer={name}: {error}") from None
         variants[name] = variant

@@ -19,14 +19,8 @@ from drake_mobman.benchmarking.real_time import (
     threading_ratios,
 )
 from drake_mobman.benchmarking.ticks import recorded_ticks
-from drake_mobman.scenario.scenario import (
-    AnyScenario,
-    External,
-    load_scenario,
-    scenario_paths,
-)
+from drake_mobman.scenario import AnyScenario, load_scenario, scenario_paths
 from drake_mobman.simulation.run import Run
-from drake_mobman.teleop.live import Operator
 
 STRETCH = 2.0
 """Simulated in one turn [s]."""
@@ -65,8 +59,8 @@ def bench(
     used, passed = time.process_time() - began[0], time.perf_counter() - began[1]
     factors = {}
     for name in names or scenario_paths():
-        _, other = load_scenario(name)
-        if not isinstance(getattr(other, "source", None), External | Operator):
+        other = load_scenario(name)
+        if not other.source.fed:
             tell(f"real-time factor of {name}")
             taken = real_time_factors(other, turns, stretch)
             factors[name] = _compared(taken)

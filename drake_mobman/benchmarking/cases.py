@@ -21,7 +21,6 @@ from pydrake.systems.primitives import PassThrough
 
 from drake_mobman import signals
 from drake_mobman.analysis.compare import commanded, decomposers_by_name, with_each
-from drake_mobman.benchmarking.bare_law import bare_law, without_limits
 from drake_mobman.benchmarking.case import BenchmarkCase, Block, Law
 from drake_mobman.benchmarking.optimization_case import Solution, Solver
 from drake_mobman.benchmarking.programs import (
@@ -31,12 +30,10 @@ from drake_mobman.benchmarking.programs import (
 )
 from drake_mobman.benchmarking.ticks import Tick
 from drake_mobman.compiled import compiled
-from drake_mobman.decomposers.exact import ExactDecomposer
+from drake_mobman.decomposers import build_decomposer
 from drake_mobman.decomposers.optimization import OptimizationDecomposer
 from drake_mobman.decomposers.qp import QpDecomposer
-from drake_mobman.diagrams.teleop import make_decomposer
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import AnyScenario, ScenarioError
+from drake_mobman.scenario import AnyScenario, ScenarioError
 
 LAW, BLOCK, COMPILED, SOLVER = LEVELS = ("law", "block", "compiled", "solver")
 """What is timed of a decomposer; `solver` is a program's solution by itself."""
@@ -61,7 +58,6 @@ def benchmark_cases(scenario: AnyScenario) -> tuple[Cases, list[str]]:
         ScenarioError: where the end effector is not commanded.
     """
     scenario = commanded(scenario)
-    model = RobotModel(scenario.robot)
     cases: Cases = {level: {} for level in LEVELS}
     left_out = [
         f"{solver}, which pip install 'drake_mobman[bench]' brings"
@@ -74,7 +70,9 @@ def benchmark_cases(scenario: AnyScenario) -> tuple[Cases, list[str]]:
         except ScenarioError as error:
             left_out.append(str(error))
             continue
-        _add_decomposer(cases, name, functools.partial(make_decomposer, variant, model))
+        setup = variant.setup()
+        make = functools.partial(build_decomposer, variant.decomposer, setup)
+        _add_decomposer(cases, name, make)
     nothing = Block(_idle_block(scenario.robot.arm().num_joints))
     cases[BLOCK][NOTHING] = cases[COMPILED][NOTHING] = nothing
     reference = {REFERENCE: cases[LAW][REFERENCE]}
@@ -89,8 +87,9 @@ def _add_decomposer(cases: Cases, name: str, make: Callable[[], Any]) -> None:
         for level, case in levels.items():
             same = level == COMPILED and case is levels[BLOCK]
             cases[level][f"{full_name}, in Python" if same else full_name] = case
-        if isinstance(block := variant(), ExactDecomposer):
-            cases[LAW][f"{full_name}, without limits"] = Law(without_limits(block))
+        if hasattr(block := variant(), "law_without_limits"):
+            unlimited = Law(block.law_without_limits)
+            cases[LAW][f"{full_name}, without limits"] = unlimited
 
 
 def _variants(name: str, make: Callable[[], Any]) -> dict[str, Callable[[], Any]]:
@@ -113,9 +112,8 @@ def _variants(name: str, make: Callable[[], Any]) -> dict[str, Callable[[], Any]
 def _at_each_level(make: Callable[[], Any]) -> dict[str, BenchmarkCase]:
     levels: dict[str, BenchmarkCase] = {}
     block = make()
-    law = bare_law(block)
-    if law:
-        levels[LAW] = Law(law)
+    if hasattr(block, "law"):
+        levels[LAW] = Law(block.law)
     elif isinstance(block, OptimizationDecomposer):
         levels[LAW] = Solution(block)
     levels[BLOCK] = Block(make())

@@ -1,11 +1,12 @@
 """How authority passes between arm and base at the limits of the reach (fig. 7)."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.share import WorkspaceLimits
-from drake_mobman.figures.law import law_of, name_of, shares_of
+from drake_mobman.figures.law import law_of, name_of
 from drake_mobman.figures.run_figure import RunFigure
 from drake_mobman.figures.style import (
     ARM,
@@ -16,6 +17,7 @@ from drake_mobman.figures.style import (
     label_axes,
     new_figure,
 )
+from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.simulation.run import Run
 
 SHARPNESSES = (5.0, 10.0, 21.0, 50.0)
@@ -55,14 +57,12 @@ def draw_authority(run: Run) -> Figure:
 
 
 def linear_share(
-    law: object, limits: WorkspaceLimits, v_c: float, l: np.ndarray
+    law: Any, limits: WorkspaceLimits, v_c: float, l: np.ndarray
 ) -> np.ndarray:
     """Returns the base's share of `v_c` [m/s] at each `l` (N,) [m]."""
-    shares = shares_of(law)
-    assert shares
-    return np.array([shares(limits, (v_c, 0.0), (x, 0.0, 0.0))[0] for x in l])
+    return np.array([law.shares(limits, (v_c, 0.0), (x, 0.0, 0.0))[0] for x in l])
 
 
 AUTHORITY = RunFigure(
-    "blending", draw_authority, lambda run: bool(shares_of(law_of(run.scenario)))
+    "blending", draw_authority, lambda run: hasattr(law_of(run.scenario), "shares")
 )

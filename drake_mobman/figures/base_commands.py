@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobman import signals
-from drake_mobman.figures.law import law_of, name_of, smoother_of
+from drake_mobman.figures.law import law_of, name_of, smoothed_limits
 from drake_mobman.figures.run_figure import RunFigure
 from drake_mobman.figures.style import (
     BASE,
@@ -25,7 +25,7 @@ def draw_base_commands(run: Run) -> Figure:
     v_b [m/s] and omega_b [rad/s] (a, b), and the rate of change of the smoothed ones
     [m/s^2], [rad/s^2] (c, d), between the smoother's limits.
     """
-    time, smoother = run.time, smoother_of(run.scenario)
+    time, most = run.time, smoothed_limits(run.scenario)
     smoothed = run[signals.BASE_COMMAND_SMOOTHED]
     # Before the start, the base is at rest.
     change = np.diff(smoothed, axis=0, prepend=np.zeros((1, 2))) / run.scenario.period
@@ -40,9 +40,9 @@ def draw_base_commands(run: Run) -> Figure:
         label_axes(at, "", f"${symbol}_b$ [{unit}]", "ab"[i])
         rate = rf"\dot{{{symbol}}}_b"
         label_axes(slope, TIME, f"${rate}$ [{unit}$^2$]", "cd"[i])
-        if smoother:
-            fastest = (smoother.max_speed, smoother.max_yaw_rate)[i]
-            steepest = (smoother.max_acceleration, smoother.max_yaw_acceleration)[i]
+        if most:
+            fastest = (most.max_speed, most.max_yaw_rate)[i]
+            steepest = (most.max_acceleration, most.max_yaw_acceleration)[i]
             limits = symmetric(rf"{symbol}_\mathrm{{max}}", fastest)
             draw_between(at, limits, raw, smoothed[:, i])
             limits = symmetric(rf"\dot{{{symbol}}}_\mathrm{{max}}", steepest)
@@ -53,7 +53,9 @@ def draw_base_commands(run: Run) -> Figure:
 
 def _applies(run: Run) -> bool:
     """Returns whether other figures do not show the base commands already."""
-    return smoother_of(run.scenario) is not None or signals.EE_COMMAND not in run.log
+    return (
+        smoothed_limits(run.scenario) is not None or signals.EE_COMMAND not in run.log
+    )
 
 
 BASE_COMMANDS = RunFigure("base_commands", draw_base_commands, _applies)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from drake_mobman import signals
 from drake_mobman.figures.components import ANGULAR, LINEAR, Component
-from drake_mobman.figures.law import smoother_of
+from drake_mobman.figures.law import smoothed_limits
 from drake_mobman.figures.style import (
     ARM_LINE,
     BASE_LINE,
@@ -22,7 +22,7 @@ from drake_mobman.figures.style import (
     label_axes,
     new_figure,
 )
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.run import Run
 
 _THIN = {"lw": 0.8}
@@ -72,9 +72,9 @@ def _draw_velocities(axes: Axes, run: Run, part: Component) -> None:
 
 
 def _limit(scenario: AnyScenario, part: Component) -> float:
-    smoother = smoother_of(scenario)
-    if smoother:
-        return (smoother.max_speed, smoother.max_yaw_rate)[part.index]
+    limits = smoothed_limits(scenario)
+    if limits:
+        return (limits.max_speed, limits.max_yaw_rate)[part.index]
     return scenario.guard.largest[part.index]
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from drake_mobman import signals
 from drake_mobman.figures.style import near
-from drake_mobman.scenario.scenario import field_of
 from drake_mobman.simulation.run import Run
 
 
@@ -40,9 +39,9 @@ VERTICAL = Component(2, "Vertical", "v_z", "m/s", "z", "m", None)
 def limits_of(run: Run, part: Component) -> dict[str, float]:
     """Returns the limits to draw for a coordinate, by their symbols.
 
-    There are none of z, and none where the base follows a field.
+    There are none of z, and none where a base controller drives: it knows no workspace.
     """
-    if part.limits is None or field_of(run.scenario) is not None:
+    if part.limits is None or run.scenario.base_controller is not None:
         return {}
     symbol, *keys = part.limits
     low, high = (getattr(run.scenario.workspace, key) for key in keys)

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobman import signals
-from drake_mobman.decomposers.share import base_speed, radial_weight
-from drake_mobman.figures.law import projection_of
+from drake_mobman.decomposers.projection import base_speed, radial_weight
+from drake_mobman.figures.law import law_of
 from drake_mobman.figures.run_figure import RunFigure
 from drake_mobman.figures.style import (
     BASE,
@@ -27,8 +27,7 @@ def draw_kappa(run: Run) -> Figure:
     kappa is that of eq. 11, and the speed v_b / v_bm = kappa / cos(psi) that of eq. 10.
     The angles of the run are shaded.
     """
-    projection = projection_of(run.scenario)
-    assert projection  # Else the figure does not apply.
+    projection = law_of(run.scenario).projection
     seen = run[signals.EE_CYLINDRICAL][:, 1]
     first, last = min(-math.pi, seen.min()), max(math.pi, seen.max())
     psi = np.linspace(first, last, 721)
@@ -52,4 +51,6 @@ def draw_kappa(run: Run) -> Figure:
     return finish(figure, title)
 
 
-KAPPA = RunFigure("kappa", draw_kappa, lambda run: bool(projection_of(run.scenario)))
+KAPPA = RunFigure(
+    "kappa", draw_kappa, lambda run: hasattr(law_of(run.scenario), "projection")
+)

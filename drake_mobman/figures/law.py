@@ -1,22 +1,16 @@
 """The law that the base follows in a scenario, as figures need it."""
 
-import functools
-from collections.abc import Callable
 from typing import Any
 
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.decomposers.blending import Blending, blending_shares
-from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.share import Projection
-from drake_mobman.decomposers.switching import Switching, switching_shares
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.robot_model import BaseLimits
+from drake_mobman.scenario import AnyScenario
 
 _SYMBOLS = {"alpha": (r"\alpha", "1/m"), "beta": (r"\beta", "1/rad")}
 """Parameters that a title shows, where a law has them: symbol and unit."""
 
 
 def law_of(scenario: AnyScenario) -> Any:
-    """Returns the parameters of the decomposer, or of the field, that drives first."""
+    """Returns the parameters of the decomposer, or base controller, that drives."""
     return scenario.controllers[0]
 
 
@@ -34,38 +28,7 @@ def name_of(law: Any) -> str:
     return ", ".join([type(law).__name__.lower(), *shown])
 
 
-# Until each of these has a method `shares`, and those with a projection hold it.
-_SHARES: dict[type, Callable[..., Any]] = {
-    Blending: blending_shares,
-    Exact: blending_shares,
-    Switching: switching_shares,
-}
-
-
-def shares_of(law: Any) -> Callable[..., Any] | None:
-    """Returns a function of limits, command and `ee_cylindrical`: the base's shares.
-
-    None for a law that does not split the command by shares.
-    """
-    if hasattr(law, "shares"):
-        return law.shares
-    by_kind = _SHARES.get(type(law))
-    return by_kind and functools.partial(by_kind, law)
-
-
-def projection_of(scenario: AnyScenario) -> Projection | None:
-    """Returns how the base's speed follows from its share, where it does."""
-    law: Any = law_of(scenario)
-    if isinstance(law, Blending | Switching):
-        return getattr(law, "projection", None) or getattr(scenario, "projection", None)
-    return getattr(law, "projection", None)
-
-
-def smoother_of(scenario: AnyScenario) -> Smoother | None:
-    """Returns the smoother of the base commands; None where they are not smoothed."""
-    return scenario.smoother if smooths(scenario.smoother) else None
-
-
-def smooths(smoother: Any) -> bool:
-    """Returns whether base commands are smoothed, and kept within limits."""
-    return getattr(smoother, "enabled", hasattr(smoother, "max_acceleration"))
+def smoothed_limits(scenario: AnyScenario) -> BaseLimits | None:
+    """Returns the limits of the smoothed base commands; None if they are not smoothed."""
+    limits = scenario.smoother.limits()
+    return None if limits.follows_at_once else limits

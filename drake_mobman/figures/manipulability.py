@@ -26,7 +26,7 @@ def draw_manipulability(run: Run) -> Figure:
     """
     time, q = run.time, run[signals.ARM_POSITION]
     model, values = run.model, manipulability(run)
-    margins = np.minimum(q - model.limits.lower, model.limits.upper - q)
+    margins = np.minimum(q - model.joint_limits.lower, model.joint_limits.upper - q)
     nearest = np.min(margins, axis=1)
     joint = model.arm_joints[np.argmin(margins[np.argmin(nearest)])]
     figure = new_figure(3.3)

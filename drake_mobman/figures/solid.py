@@ -6,7 +6,8 @@ import numpy as np
 from pydrake.geometry import Box, Cylinder, Shape, Sphere
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from drake_mobman.robot_model import Robot, drawn_plant
+from drake_mobman.robot_model import RobotDescription
+from drake_mobman.robot_model.model import drawn_plant
 
 _ROBOT = ModelInstanceIndex(2)
 """The robot in its plant; before it come the world, and what belongs to none."""
@@ -34,7 +35,7 @@ _LIGHT = np.array([-0.4, 0.75, 0.53])  # Towards the light: right, up, to the vi
 class Solid:
     """The shapes of a robot's URDF."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotDescription) -> None:
         self.plant, scene_graph = drawn_plant(robot)
         self._context = self.plant.CreateDefaultContext()
         inspector = scene_graph.model_inspector()

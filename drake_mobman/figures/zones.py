@@ -23,7 +23,6 @@ from drake_mobman.figures.style import (
     span,
     symmetric,
 )
-from drake_mobman.scenario.scenario import field_of
 from drake_mobman.simulation.run import Run
 
 ZONES = {
@@ -77,5 +76,5 @@ def draw_zones(run: Run) -> Figure:
 
 
 ZONES_OF_T = RunFigure(
-    "zones", draw_zones, lambda run: field_of(run.scenario) is not None
+    "zones", draw_zones, lambda run: hasattr(law_of(run.scenario), "Delta_f")
 )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from drake_mobman.figures.field import field_figures
 from drake_mobman.report.pictures import png
-from drake_mobman.scenario.scenario import AnyScenario, field_of
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.output_folder import OutputFolder
 
 FIELD = ("field_*.png",)
@@ -25,7 +25,7 @@ def write_field(
     Raises:
         OSError: where it cannot be written; then the folder is unchanged.
     """
-    if (params := field_of(scenario)) is None:
+    if (params := scenario.base_controller) is None:
         return
     reach, smoother, names = scenario.robot.reach(), scenario.smoother, []
     with OutputFolder(path, FIELD) as folder:

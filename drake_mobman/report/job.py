@@ -14,7 +14,7 @@ from drake_mobman.analysis.metrics import metrics, of_no_sample
 from drake_mobman.exit_status import DIED
 from drake_mobman.parameters import ParameterError
 from drake_mobman.report.pictures import figures, scenes, shown_of
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
 from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.run_folder import (

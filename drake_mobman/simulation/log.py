@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from drake_mobman import signals
-from drake_mobman.diagrams.logger import LOGGED, LOGGER
+from drake_mobman.diagrams.signal_log import LOG, signal_sizes
 
 Log = Mapping[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
@@ -23,8 +23,8 @@ STATE = (signals.BASE_POSE, signals.ARM_POSITION)
 
 def read_log(diagram: Diagram, context: Any) -> Log:
     """Returns what the diagram's `log_signals` has logged so far."""
-    sizes = diagram.GetSubsystemByName(LOGGED).sizes
-    log = diagram.GetSubsystemByName(LOGGER).FindLog(context)
+    sizes = signal_sizes(diagram)
+    log = diagram.GetSubsystemByName(LOG).FindLog(context)
     borders = np.cumsum(list(sizes.values()))[:-1]
     columns = np.split(log.data().T, borders, axis=1)
     values = map(np.ascontiguousarray, columns)
@@ -36,7 +36,7 @@ def read_log(diagram: Diagram, context: Any) -> Log:
 def drained_log(diagram: Diagram, context: Any) -> Log:
     """Returns what has been logged since the last call, and forgets it."""
     log = {name: x.copy() for name, x in read_log(diagram, context).items()}
-    diagram.GetSubsystemByName(LOGGER).FindMutableLog(context).Clear()
+    diagram.GetSubsystemByName(LOG).FindMutableLog(context).Clear()
     return log
 
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.robot_model import RobotModel, RobotSetup
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.log import Log, head
 
 
@@ -27,7 +27,7 @@ class Run:
     tick_times: np.ndarray = dc.field(default_factory=_not_timed)  # (K,) [s].
     died: str = ""  # When and why, in one line; empty if it did not.
     interrupted: bool = False  # Whether the user ended it.
-    parsed: RobotModel | None = dc.field(default=None, repr=False)  # See `model`.
+    built_with: RobotSetup | None = dc.field(default=None, repr=False)  # See `setup`.
 
     def __getitem__(self, signal: str) -> np.ndarray:
         """Returns a signal over time (N, size); see `drake_mobman.signals` for units.
@@ -51,15 +51,20 @@ class Run:
         return [name for name in self.log if name != "time"]
 
     @property
+    def setup(self) -> RobotSetup:
+        """Returns the robot's setup, made once for the run and its parts."""
+        if self.built_with is None:
+            self.built_with = self.scenario.setup()
+        return self.built_with
+
+    @property
     def model(self) -> RobotModel:
-        """Returns the robot's model, parsed once for the run and its parts."""
-        if self.parsed is None:
-            self.parsed = RobotModel(self.scenario.robot)
-        return self.parsed
+        """Returns the robot's model."""
+        return self.setup.model
 
     def with_log(self, log: Log) -> "Run":
         """Returns the run with another log, such as a part of its own."""
-        return dc.replace(self, log=log, parsed=self.model)
+        return dc.replace(self, log=log, built_with=self.setup)
 
     def first(self, samples: int) -> "Run":
         """Returns the run with only its first samples, in memory."""

@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.finite import (
     FAILURES,
     check_state_finite,
@@ -63,13 +63,16 @@ def simulate(
     """
     check_room(scenario, part)
     start = time.perf_counter()
-    died, interrupted, logged = "", False, _Logged(part)
+    died, interrupted, logged, setup = "", False, _Logged(part), None
     try:
-        diagram = make_diagram(scenario, decomposer=decomposer and decomposer())
+        whole = scenario.in_whole_steps()
+        setup = whole.setup()
+        block = decomposer and decomposer()
+        diagram = make_diagram(scenario, setup, decomposer=block)
         simulator = logged.simulator = Simulator(diagram)
         start = time.perf_counter()  # Building does not count.
         simulator.Initialize()
-        for i, end in enumerate(_chunk_ends(scenario.in_whole_steps()), 1):
+        for i, end in enumerate(_chunk_ends(whole), 1):
             if stop():
                 raise KeyboardInterrupt
             simulator.AdvanceTo(end)
@@ -91,7 +94,14 @@ def simulate(
         died = died or died_at(logged.time(), reason(error))
     if not died.startswith(logged.died):
         died = logged.died
-    return Run(scenario, logged.log(), wall_time, died=died, interrupted=interrupted)
+    return Run(
+        scenario,
+        logged.log(),
+        wall_time,
+        died=died,
+        interrupted=interrupted,
+        built_with=setup,
+    )
 
 
 class _Logged:

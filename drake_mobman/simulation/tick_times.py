@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_mobman import signals
 from drake_mobman.diagrams import make_diagram
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.ticks import last_tick
 
 _INPUTS = (f"source.{signals.EE_COMMAND}", signals.EE_CYLINDRICAL, signals.P_BT)

@@ -11,7 +11,7 @@ from drake_mobman.analysis import metrics as package
 from drake_mobman.analysis.metrics import METRICS, Metric, metrics
 from drake_mobman.analysis.metrics.tally import Tally
 from drake_mobman.analysis.metrics.workspace_excess import excess
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.simulation.tick_times import tick_times
@@ -23,7 +23,7 @@ GROUPS = {"end effector", "base", "arm", "hand", "time"}
 @pytest.fixture(scope="module")
 def runs() -> dict[str, Run]:
     return {
-        name: simulate(load_scenario(name, ["duration=0.3"])[1])
+        name: simulate(load_scenario(name, ["duration=0.3"]))
         for name in (COMMANDED, GUIDED)
     }
 
@@ -93,7 +93,7 @@ def test_a_new_metric_is_a_class_and_a_line(runs, monkeypatch):
 
 
 def test_ticks_are_timed_by_who_wants_them():
-    run = simulate(load_scenario(COMMANDED, ["duration=0.3"])[1])
+    run = simulate(load_scenario(COMMANDED, ["duration=0.3"]))
     assert len(run.tick_times) == 0
     assert metrics(run)["step_time_us"] is None
     run.tick_times = tick_times(run.scenario)

@@ -50,7 +50,7 @@ from drake_mobman.decomposers.optimization import OptimizationDecomposer
 from drake_mobman.decomposers.qp import Qp, QpDecomposer
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.planar import Planar
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 ROUNDING = 1e-12
@@ -65,7 +65,7 @@ PERIOD = 0.01
 @pytest.fixture(scope="module")
 def scenario():
     # Both limits are crossed outwards, and the stick turns back.
-    return load_scenario("kwon_arbitrary", ["duration=16"])[1]
+    return load_scenario("kwon_arbitrary", ["duration=16"])
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +169,7 @@ def test_blocks_with_state_go_on_from_tick_to_tick(ticks):
 
 def qp_block(program=None):
     robot = Planar()
-    limits: JointLimits = RobotModel(robot).limits
+    limits: JointLimits = RobotModel(robot).joint_limits
     block = QpDecomposer(Qp(), robot.arm(), limits, PERIOD)
     if program:
         block.program = program
@@ -303,7 +303,7 @@ def test_garbage_collection_is_as_it_was(clock, enabled):
 
 
 def test_bare_plant_stands_where_the_whole_one_does():
-    _, scenario = load_scenario("petric_guided")
+    scenario = load_scenario("petric_guided")
     whole, bare = compiled_simulator(scenario), bare_plant(scenario)
     whole.AdvanceTo(4.0)
     follow(bare, whole)
@@ -349,7 +349,7 @@ class HalfASecond:
 
 def test_factors_are_simulated_over_wall_time_within_the_scenario():
     clock = HalfASecond()
-    _, scenario = load_scenario("petric_teleop", ["duration=0.9"])
+    scenario = load_scenario("petric_teleop", ["duration=0.9"])
     factors = real_time_factors(scenario, 2, stretch=2.0, timed=clock)
     # Three stretches, the first to warm up, fill the scenario.
     assert {name: len(taken) for name, taken in factors.items()} == {
@@ -451,7 +451,7 @@ def test_without_the_solvers_the_rest_runs_and_says_how_to_get_them(monkeypatch)
 def test_what_cannot_be_built_is_left_out_and_listed():
     # An arm too short for a velocity field.
     short = ["start.l=0.45", "robot={upper_link: 0.2, lower_link: 0.25}"]
-    _, scenario = load_scenario("kwon_1", short)
+    scenario = load_scenario("kwon_1", short)
     entered, missing = benchmark_cases(scenario)
     (line,) = [line for line in missing if "velocityfield" in line]
     assert line.startswith("with decomposer=velocityfield: decomposer.Delta_r: 0.1 is")

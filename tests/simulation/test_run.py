@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.simulate import simulate
 
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    return simulate(load_scenario("kwon_1", ["duration=0.5"])[1])
+    return simulate(load_scenario("kwon_1", ["duration=0.5"]))
 
 
 def test_signals_are_arrays_over_the_times_of_the_samples(run):

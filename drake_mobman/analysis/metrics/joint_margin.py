@@ -21,7 +21,7 @@ class JointMargin(Metric):
 
     def take(self, window: Window) -> None:
         """Takes the next window into account."""
-        limits, q = window.run.model.limits, window[signals.ARM_POSITION]
+        limits, q = window.run.model.joint_limits, window[signals.ARM_POSITION]
         least = min(np.min(q - limits.lower), np.min(limits.upper - q))
         self._least = min(self._least, float(least))
 

@@ -5,10 +5,11 @@ from collections.abc import Iterator, Sequence
 
 from matplotlib.figure import Figure
 
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.velocity_field import Reach, VelocityField
+from drake_mobman.base import Smoothing
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.figures.field.rest import BEARINGS, draw_rest
 from drake_mobman.figures.field.slices import PIXELS, draw_side, draw_top
+from drake_mobman.robot_model import Reach
 
 LAWS = ("printed", "projected")
 
@@ -16,7 +17,7 @@ LAWS = ("printed", "projected")
 def field_figures(
     params: VelocityField,
     reach: Reach,
-    smoother: Smoother,
+    smoother: Smoothing,
     *,
     pixels: int = PIXELS,
     bearings: Sequence[float] = BEARINGS,

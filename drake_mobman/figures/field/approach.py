@@ -3,10 +3,11 @@
 import math
 from collections.abc import Sequence
 
-from drake_mobman.base.smoother import Smoother, smoothed
+from drake_mobman.base import Smoother, Smoothing
+from drake_mobman.base.smoother import smoothed
 from drake_mobman.base.unicycle import unicycle_rates
-from drake_mobman.base.velocity_field import Reach, VelocityField, field_velocity
-from drake_mobman.figures.law import smooths
+from drake_mobman.base.velocity_field import VelocityField, field_velocity
+from drake_mobman.robot_model import Reach
 
 DURATION = 15.0
 """How long the base moves [s]."""
@@ -18,7 +19,7 @@ _PERIOD = 0.01  # Of the control loop [s].
 
 
 def distances(
-    start: float, phi: float, params: VelocityField, reach: Reach, smoother: Smoother
+    start: float, phi: float, params: VelocityField, reach: Reach, smoother: Smoothing
 ) -> tuple[float, float, float]:
     """Returns the smallest, largest and last distance [m] to a hand at rest.
 
@@ -53,10 +54,10 @@ def distances(
 
 
 def _smoothed(
-    last: Sequence[float], raw: Sequence[float], smoother: Smoother
+    last: Sequence[float], raw: Sequence[float], smoother: Smoothing
 ) -> Sequence[float]:
     """Returns the next base command (2,) after the last one."""
-    if not smooths(smoother):
+    if not isinstance(smoother, Smoother):
         return raw
     limits = smoother.max_speed, smoother.max_yaw_rate
     accelerations = smoother.max_acceleration, smoother.max_yaw_acceleration

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from drake_mobman.base.velocity_field import Reach, VelocityField, signed_distances
+from drake_mobman.base.velocity_field import VelocityField, signed_distances
+from drake_mobman.robot_model import Reach
 
 REACH, BODY = "reach, $r_f$", "body, $b_d$"
 FORWARD, RETREAT = r"forward, $\Delta_f$", r"retreat, $\Delta_r$"

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.velocity_field import Reach, VelocityField
+from drake_mobman.base import Smoothing
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.figures.field.approach import DURATION, distances
 from drake_mobman.figures.field.style import ORANGE, OUT_OF_REACH, PURPLE, RAYS, note
 from drake_mobman.figures.style import (
@@ -22,6 +22,7 @@ from drake_mobman.figures.style import (
     label_axes,
     new_figure,
 )
+from drake_mobman.robot_model import Reach
 
 BEARINGS: Sequence[float] = np.linspace(-math.pi, math.pi, 73).tolist()
 """From the base to the hand, at the start [rad]."""
@@ -33,7 +34,7 @@ _BETWEEN: dict[str, Any] = {"color": END_EFFECTOR, "alpha": 0.3, "lw": 0}
 def draw_rest(
     fields: Sequence[VelocityField],
     reach: Reach,
-    smoother: Smoother,
+    smoother: Smoothing,
     bearings: Sequence[float] = BEARINGS,
 ) -> Figure:
     """Draws how far from a hand at rest the base gets, and where it ends [m].

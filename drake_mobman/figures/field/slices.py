@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.velocity_field import Reach, VelocityField, field_on, yaw_rate
+from drake_mobman.base import Smoother, Smoothing
+from drake_mobman.base.velocity_field import VelocityField, field_on, yaw_rate
 from drake_mobman.figures.field.edges import (
     BODY,
     FORWARD,
@@ -19,8 +19,8 @@ from drake_mobman.figures.field.edges import (
     edges,
 )
 from drake_mobman.figures.field.style import COLOURS, OUT_OF_REACH, RAYS, note
-from drake_mobman.figures.law import smooths
 from drake_mobman.figures.style import SMALL, TEXT, finish, label_axes, new_figure
+from drake_mobman.robot_model import Reach
 
 HEIGHTS = (0.8, 0.3)
 """Of the slices seen from above [m], as in the paper."""
@@ -43,7 +43,7 @@ _EDGES: dict[str, dict[str, Any]] = {
 
 
 def draw_side(
-    params: VelocityField, reach: Reach, smoother: Smoother, pixels: int = PIXELS
+    params: VelocityField, reach: Reach, smoother: Smoothing, pixels: int = PIXELS
 ) -> Figure:
     """Draws v [m/s] over x and z in B [m], at the shoulder's y (fig. 2)."""
     figure = new_figure(4.9)
@@ -71,7 +71,7 @@ def draw_side(
 
 
 def draw_top(
-    params: VelocityField, reach: Reach, smoother: Smoother, pixels: int = PIXELS
+    params: VelocityField, reach: Reach, smoother: Smoothing, pixels: int = PIXELS
 ) -> Figure:
     """Draws v [m/s] and omega [rad/s] over x and y in B [m], at `HEIGHTS` (fig. 3).
 
@@ -116,7 +116,7 @@ def _draw_speed(
     seen: tuple[int, int],
     params: VelocityField,
     reach: Reach,
-    smoother: Smoother,
+    smoother: Smoothing,
 ) -> Any:
     """Draws v at `points` (n, n, 3) in B, over two of their coordinates.
 
@@ -172,8 +172,12 @@ def _draw_turning(
     )
 
 
-def _draw_scale(figure: Figure, image: Any, panels: Any, smoother: Smoother) -> None:
+def _draw_scale(figure: Figure, image: Any, panels: Any, smoother: Smoothing) -> None:
     bar = figure.colorbar(image, ax=panels, extend="both", aspect=28, pad=0.02)
-    most = f", limited to ±{smoother.max_speed:g}" if smooths(smoother) else ""
+    most = (
+        f", limited to ±{smoother.max_speed:g}"
+        if isinstance(smoother, Smoother)
+        else ""
+    )
     bar.set_label(f"$v$ [m/s]{most}", fontsize=TEXT)
     bar.ax.tick_params(labelsize=SMALL)
