@@ -52,7 +52,7 @@ def draw_base_commands(run: Run) -> Figure:
 
 
 def _applies(run: Run) -> bool:
-    """Returns whether other figures do not show the base commands already."""
+    """Returns whether no other figure shows the base commands already."""
     return (
         smoothed_limits(run.scenario) is not None or signals.EE_COMMAND not in run.log
     )

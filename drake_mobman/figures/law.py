@@ -29,6 +29,6 @@ def name_of(law: Any) -> str:
 
 
 def smoothed_limits(scenario: AnyScenario) -> BaseLimits | None:
-    """Returns the limits of the smoothed base commands; None if they are not smoothed."""
+    """Returns the limits of smoothed base commands; None if they are not smoothed."""
     limits = scenario.smoother.limits()
     return None if limits.follows_at_once else limits

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from drake_mobman.base import Smoother, Smoothing
+from drake_mobman.base import Smoothing
 from drake_mobman.base.velocity_field import VelocityField, field_on, yaw_rate
 from drake_mobman.figures.field.edges import (
     BODY,
@@ -174,10 +174,7 @@ def _draw_turning(
 
 def _draw_scale(figure: Figure, image: Any, panels: Any, smoother: Smoothing) -> None:
     bar = figure.colorbar(image, ax=panels, extend="both", aspect=28, pad=0.02)
-    most = (
-        f", limited to ±{smoother.max_speed:g}"
-        if isinstance(smoother, Smoother)
-        else ""
-    )
+    limits = smoother.limits()
+    most = "" if limits.follows_at_once else f", limited to ±{limits.max_speed:g}"
     bar.set_label(f"$v$ [m/s]{most}", fontsize=TEXT)
     bar.ax.tick_params(labelsize=SMALL)
