@@ -63,24 +63,15 @@ def simulate(
     """
     check_room(scenario, part)
     start = time.perf_counter()
-    died, interrupted, logged, setup = "", False, _Logged(part), None
+    died, interrupted, setup, logged = "", False, None, _Logged(part)
     try:
         whole = scenario.in_whole_steps()
         setup = whole.setup()
         block = decomposer and decomposer()
         diagram = make_diagram(scenario, setup, decomposer=block)
-        simulator = logged.simulator = Simulator(diagram)
+        logged.simulator = Simulator(diagram)
         start = time.perf_counter()  # Building does not count.
-        simulator.Initialize()
-        for i, end in enumerate(_chunk_ends(whole), 1):
-            if stop():
-                raise KeyboardInterrupt
-            simulator.AdvanceTo(end)
-            check_state_finite(diagram, simulator.get_context())
-            if i % _DRAIN == 0:
-                logged.drain()
-            if progress:
-                progress(end)
+        _advance(whole, logged, progress, stop)
     except ParameterError:
         raise
     except KeyboardInterrupt:
@@ -88,12 +79,7 @@ def simulate(
     except FAILURES as error:
         died = logged.death(error)
     wall_time = time.perf_counter() - start
-    try:
-        logged.drain()
-    except Exception as error:
-        died = died or died_at(logged.time(), reason(error))
-    if not died.startswith(logged.died):
-        died = logged.died
+    died = logged.completed(died)
     return Run(
         scenario,
         logged.log(),
@@ -102,6 +88,26 @@ def simulate(
         interrupted=interrupted,
         built_with=setup,
     )
+
+
+def _advance(
+    scenario: AnyScenario,
+    logged: "_Logged",
+    progress: Callable[[float], None] | None,
+    stop: Callable[[], bool],
+) -> None:
+    """Advances the simulator to the end, unless the user ends it."""
+    simulator = logged.simulator
+    simulator.Initialize()
+    for i, end in enumerate(_chunk_ends(scenario), 1):
+        if stop():
+            raise KeyboardInterrupt
+        simulator.AdvanceTo(end)
+        check_state_finite(simulator.get_system(), simulator.get_context())
+        if i % _DRAIN == 0:
+            logged.drain()
+        if progress:
+            progress(end)
 
 
 class _Logged:
@@ -147,6 +153,14 @@ class _Logged:
             self.died = died_at(log["time"][found[0]], why)
             raise ArithmeticError(why)
         self._complete = False
+
+    def completed(self, died: str) -> str:
+        """Drains the rest of the log; returns when and why the run died, if it did."""
+        try:
+            self.drain()
+        except Exception as error:
+            died = died or died_at(self.time(), reason(error))
+        return died if died.startswith(self.died) else self.died
 
     def log(self) -> Log:
         """Returns all of it."""
