@@ -7,8 +7,9 @@ ROOT = Path(__file__).parents[1]
 
 LAYERS = (
     (
-        *("blocks", "compiled", "exit_status", "files", "meshcat", "output"),
-        *("parameters", "scalars", "signals", "subexpressions", "terminal", "ticks"),
+        *("blocks", "compiled", "exit_status", "files", "lazy", "meshcat", "output"),
+        *("parameters", "scalars", "scenario_files", "signals", "subexpressions"),
+        *("terminal", "ticks"),
     ),
     ("arm",),
     ("robot_model",),
@@ -26,7 +27,7 @@ LAYERS = (
 )
 """Packages and modules of `drake_mobman`, from the ground up."""
 
-FRONT_DOORS = ("__init__", "__main__", "front_door")
+FRONT_DOORS = ("__init__", "__main__", "notebook")
 """Modules above all others: the package's own names, and how it is started."""
 
 HEIGHTS = {name: height for height, names in enumerate(LAYERS) for name in names}
