@@ -7,8 +7,15 @@ ROOT = Path(__file__).parents[1]
 
 LAYERS = (
     (
-        *("blocks", "compiled", "exit_status", "files", "lazy", "meshcat", "output"),
-        *("parameters", "scalars", "scenario_files", "signals", "subexpressions"),
+        *("blocks", "compiled", "exit_status", "files", "kinds", "lazy", "meshcat"),
+        *(
+            "output",
+            "parameters",
+            "scalars",
+            "scenario_files",
+            "signals",
+            "subexpressions",
+        ),
         *("terminal", "ticks"),
     ),
     ("arm",),

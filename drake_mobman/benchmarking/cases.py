@@ -30,7 +30,7 @@ from drake_mobman.benchmarking.programs import (
 )
 from drake_mobman.benchmarking.ticks import Tick
 from drake_mobman.compiled import compiled
-from drake_mobman.decomposers import build_decomposer
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.optimization import OptimizationDecomposer
 from drake_mobman.decomposers.qp import QpDecomposer
 from drake_mobman.scenario import AnyScenario, ScenarioError

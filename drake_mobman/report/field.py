@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.figures.field import field_figures
 from drake_mobman.report.pictures import png
 from drake_mobman.scenario import AnyScenario
@@ -25,7 +26,8 @@ def write_field(
     Raises:
         OSError: where it cannot be written; then the folder is unchanged.
     """
-    if (params := scenario.base_controller) is None:
+    params = scenario.base_controller
+    if not isinstance(params, VelocityField):
         return
     reach, smoother, names = scenario.robot.reach(), scenario.smoother, []
     with OutputFolder(path, FIELD) as folder:

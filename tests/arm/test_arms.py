@@ -285,7 +285,11 @@ def test_joints_stand_in_the_order_of_the_arms(robot, names):
     assert model.arm_joints == names
     assert robot.arm().num_joints == len(names)
     assert model.plant.num_positions() == BASE_JOINTS + len(names)
-    for limits in (model.joint_limits.lower, model.joint_limits.upper, model.joint_limits.velocity):
+    for limits in (
+        model.joint_limits.lower,
+        model.joint_limits.upper,
+        model.joint_limits.velocity,
+    ):
         assert len(limits) == len(names)
         assert np.isfinite(limits).all()
 

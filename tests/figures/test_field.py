@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from drake_mobman.base import Smoother, Unsmoothed
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.base.velocity_field import (
     VelocityField,
     field_velocity,

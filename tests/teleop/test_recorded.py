@@ -251,7 +251,7 @@ def test_recording_is_found_beside_its_scenario(tmp_path, monkeypatch):
     scenario = load_scenario("scenario.yaml")
     monkeypatch.chdir("/")
     assert scenario.source.samples(PERIOD).shape == (5, SIZE)
-    assert name == "session"
+    assert scenario.name == "session"
     assert load_scenario(path) == scenario
 
 

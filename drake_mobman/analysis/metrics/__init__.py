@@ -1,53 +1,49 @@
 """The numbers by which runs are compared.
 
-A new metric is a file beside this one with a `Metric`, and a line in `METRICS`.
+A new metric is a file beside this one with a `Metric`, and a line that imports it here.
 """
 
+import inspect
 import platform
 from collections.abc import Callable
 from importlib.metadata import version
 from typing import Any
 
 from drake_mobman import __version__
-from drake_mobman.analysis.metrics.authority_flips import AuthorityFlips
-from drake_mobman.analysis.metrics.base_jerk import BaseJerk
-from drake_mobman.analysis.metrics.base_speed import BaseSpeed
-from drake_mobman.analysis.metrics.commands_refused import CommandsRefused
-from drake_mobman.analysis.metrics.ee_drift import EndEffectorDrift
+from drake_mobman.analysis.metrics.metric import Metric
+from drake_mobman.analysis.metrics.window import Window, run_windows
+from drake_mobman.simulation.run import Run
+
+# In the order in which metrics are listed.
+# isort: off
 from drake_mobman.analysis.metrics.ee_error import EndEffectorError
-from drake_mobman.analysis.metrics.hand_error import HandError
+from drake_mobman.analysis.metrics.ee_drift import EndEffectorDrift
+from drake_mobman.analysis.metrics.workspace_excess import WorkspaceExcess
+from drake_mobman.analysis.metrics.authority_flips import AuthorityFlips
+from drake_mobman.analysis.metrics.commands_refused import CommandsRefused
 from drake_mobman.analysis.metrics.hand_force import HandForce
-from drake_mobman.analysis.metrics.joint_margin import JointMargin
+from drake_mobman.analysis.metrics.hand_error import HandError
+from drake_mobman.analysis.metrics.base_speed import BaseSpeed
 from drake_mobman.analysis.metrics.joint_speed import JointSpeed
+from drake_mobman.analysis.metrics.base_jerk import BaseJerk
 from drake_mobman.analysis.metrics.lateral_slip import LateralSlip
 from drake_mobman.analysis.metrics.manipulability import Manipulability
-from drake_mobman.analysis.metrics.metric import Metric
-from drake_mobman.analysis.metrics.real_time_factor import RealTimeFactor
+from drake_mobman.analysis.metrics.joint_margin import JointMargin
 from drake_mobman.analysis.metrics.step_time import StepTime
-from drake_mobman.analysis.metrics.window import Window, run_windows
-from drake_mobman.analysis.metrics.workspace_excess import WorkspaceExcess
-from drake_mobman.simulation.run import Run
+from drake_mobman.analysis.metrics.real_time_factor import RealTimeFactor
+
+# isort: on
 
 __all__ = ["METRICS", "Metric", "Window", "metrics", "of_no_sample"]
 
 METRICS: list[type[Metric]] = [
-    EndEffectorError,
-    EndEffectorDrift,
-    WorkspaceExcess,
-    AuthorityFlips,
-    CommandsRefused,
-    HandForce,
-    HandError,
-    BaseSpeed,
-    JointSpeed,
-    BaseJerk,
-    LateralSlip,
-    Manipulability,
-    JointMargin,
-    StepTime,
-    RealTimeFactor,
+    kind
+    for kind in [*globals().values()]
+    if inspect.isclass(kind)
+    and issubclass(kind, Metric)
+    and not inspect.isabstract(kind)
 ]
-"""All metrics, in the order in which they are listed."""
+"""All metrics: the classes imported above, in their order."""
 
 
 def metrics(

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from drake_mobman.base import Smoother, Smoothing
-from drake_mobman.base.smoother import smoothed
+from drake_mobman.base import Smoothing
+from drake_mobman.base.smoother import Smoother, smoothed
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.base.velocity_field import VelocityField, field_velocity
 from drake_mobman.robot_model import Reach
