@@ -93,7 +93,7 @@ def test_lines_are_the_log(arbitrary, figures, part):
 
 def test_kappa_is_the_law_at_the_scenarios_sigma(arbitrary, figures):
     kappa, speed, *_ = figures["kappa"].axes[0].lines
-    projection = arbitrary.scenario.projection
+    projection = arbitrary.scenario.decomposer.projection
     for (psi, k), (_, v) in zip(kappa.get_xydata(), speed.get_xydata(), strict=True):
         assert k == radial_weight(psi, projection.sigma)
         assert v == base_speed(1.0, psi, projection)
