@@ -17,6 +17,10 @@ from drake_mobman.simulation.simulate import simulate
 from drake_mobman.simulation.tick_times import tick_times
 
 
+_SHARED = {"alpha", "beta", "projection"}
+"""Parameters that decomposers take from the scenario's own, for a fair comparison."""
+
+
 def decomposers_by_name() -> dict[str, type]:
     """Returns the parameters' class of each decomposer, by its name in lower case."""
     return {kind.__name__.lower(): kind for kind in typing.get_args(Decomposer)}
@@ -50,7 +54,7 @@ def with_each(
     """Returns the scenario with each of the decomposers, by name.
 
     The scenario's own decomposer keeps its parameters. The others get those that fit
-    the robot, but pass authority as sharply as the scenario's own.
+    the robot, but share with it what does not depend on the decomposer (`_SHARED`).
 
     Raises:
         ScenarioError: where the end effector is not commanded, or where a decomposer
@@ -83,11 +87,11 @@ def commanded(scenario: AnyScenario) -> Teleop:
 
 
 def _like(own: Any, other: Any) -> Any:
-    """Returns `own` if it is of the other's kind; else the other, made as sharp."""
+    """Returns `own` if it is of the other's kind; else the other, made like it."""
     if isinstance(own, type(other)):
         return own
-    sharpness = {"alpha", "beta"} & {f.name for f in dc.fields(other)}
-    same = {key: getattr(own, key) for key in sharpness if hasattr(own, key)}
+    shared = _SHARED & {f.name for f in dc.fields(other)}
+    same = {key: getattr(own, key) for key in shared if hasattr(own, key)}
     return dc.replace(other, **same)
 
 
