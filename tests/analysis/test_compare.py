@@ -7,7 +7,6 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams import teleop
 from matplotlib.figure import Figure
 from pydrake.systems.framework import LeafSystem
 from typer.testing import CliRunner
@@ -86,14 +85,10 @@ def dying(monkeypatch):
                 raise RuntimeError("the law | fell over [here]")
             output.SetFromVector(np.zeros(output.size()))
 
-    make = teleop.make_decomposer
+    def build(_self, setup):
+        return Dying(setup.arm.num_joints)
 
-    def made(scenario, *rest):
-        if isinstance(scenario.decomposer, Switching):
-            return Dying(scenario.robot.arm().num_joints)
-        return make(scenario, *rest)
-
-    monkeypatch.setattr(teleop, "make_decomposer", made)
+    monkeypatch.setattr(Switching, "build", build)
 
 
 def test_names_are_those_that_a_scenario_takes():
