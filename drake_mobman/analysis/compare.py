@@ -16,7 +16,6 @@ from drake_mobman.simulation.run_folder import finite
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.simulation.tick_times import tick_times
 
-
 _SHARED = {"alpha", "beta", "projection"}
 """Parameters that decomposers take from the scenario's own, for a fair comparison."""
 
