@@ -190,8 +190,8 @@ def compare(
     with Stop() as stop:
         from drake_mobman.analysis.compare import chosen_decomposers, with_each
         from drake_mobman.parameters import ParameterError
+        from drake_mobman.report.comparison import COMPARISON
         from drake_mobman.scenario import ScenarioError
-        from drake_mobman.simulation.run_folder import COMPARISON
 
         try:
             chosen = chosen_decomposers(decomposers.split(","))
@@ -223,16 +223,17 @@ def compare_one(
 
     If the user will not wait, it is a comparison as far as it goes.
     """
-    from drake_mobman.analysis.compare import compared, draw, write_comparison
+    from drake_mobman.analysis.compare import compared
+    from drake_mobman.report.comparison import COMPARISON, draw, write_comparison
     from drake_mobman.simulation.output_folder import OutputFolder
-    from drake_mobman.simulation.run_folder import COMPARISON
-    from drake_mobman.simulation.simulate import simulated, tick_times
+    from drake_mobman.simulation.simulate import simulate
+    from drake_mobman.simulation.tick_times import tick_times
 
     def run_with(decomposer: str, variant: Any) -> Any:
         title = f"{name}, {decomposer}"
         part = opened.file(f"{decomposer}.part")
         with progress_bar(title, variant.duration) as progress:
-            result = simulated(variant, progress=progress, stop=stop, part=part)
+            result = simulate(variant, progress=progress, stop=stop, part=part)
         if result.died:
             complain(f"{title}: {result.died}")
         elif not stop():
@@ -291,11 +292,11 @@ def bench_one(
 
     from drake_mobman.analysis.compare import with_each
     from drake_mobman.benchmarking.bench import bench as timed
-    from drake_mobman.benchmarking.bench import report
+    from drake_mobman.benchmarking.tables import report
+    from drake_mobman.files import FolderError, new_file
     from drake_mobman.parameters import ParameterError
     from drake_mobman.scenario import ScenarioError
-    from drake_mobman.simulation.output_folder import FolderError, new_file
-    from drake_mobman.simulation.simulate import simulated
+    from drake_mobman.simulation.simulate import simulate
     from drake_mobman.simulation.size import check_room
 
     name, loaded = load_runnable(scenario, set_)
@@ -308,7 +309,7 @@ def bench_one(
         refuse(f"{out}: must end in .json")
     try:
         with new_file(out) if out else nullcontext() as draft:
-            recorded = simulated(loaded, stop=stop)
+            recorded = simulate(loaded, stop=stop)
             if recorded.died:
                 complain(f"{name}: {recorded.died}; nothing is timed")
                 return INTERRUPTED if recorded.interrupted else DIED
@@ -495,13 +496,10 @@ def field(
     from drake_mobman.simulation.stop import Stop
 
     with Stop() as stop:
+        from drake_mobman.report.field import FIELD, write_field
         from drake_mobman.scenario import ScenarioError, load_scenario
         from drake_mobman.simulation.output_folder import FolderError
-        from drake_mobman.simulation.run_folder import (
-            FIELD,
-            check_run_folder,
-            write_field,
-        )
+        from drake_mobman.simulation.run_folder import check_run_folder
 
         try:
             loaded = load_scenario(scenario, set_)
@@ -558,9 +556,9 @@ def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
 
     In as many tables as it takes, that none be wider than the console.
     """
-    from drake_mobman.analysis.compare import shown, table_of
+    from drake_mobman.analysis.table import flat_table, shown
 
-    room = console.width - max(map(len, table_of(results)), default=0) - 4
+    room = console.width - max(map(len, flat_table(results)), default=0) - 4
     tables: list[list[str]] = [[]]
     for name in results:
         used = sum(_column(other) for other in tables[-1])
@@ -570,7 +568,7 @@ def print_metrics(results: dict[str, Any], title: str | None = None) -> None:
     for names in tables:
         heading = map(visible, names)
         table = Table("metric", *heading, title=title and visible(title))
-        for key, row in table_of({name: results[name] for name in names}).items():
+        for key, row in flat_table({name: results[name] for name in names}).items():
             table.add_row(key, *map(shown, row.values()))
         console.print(table)
 

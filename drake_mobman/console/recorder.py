@@ -9,6 +9,7 @@ import numpy as np
 
 from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
+from drake_mobman.report.pictures import figures
 from drake_mobman.scenario import AnyScenario
 from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.simulation.log import Log, StoredLog, append_log, finite_rows
@@ -24,7 +25,6 @@ from drake_mobman.simulation.run_folder import (
     RUN,
     SCENARIO,
     check_run_folder,
-    figures,
     write_metrics,
     write_pictures,
 )

@@ -95,7 +95,7 @@ def test_a_law_that_takes_the_arm_for_another_is_found_out(fidelity):
     """It thinks the shoulder 0.2 m nearer to the middle than it is."""
     scenario = load_scenario(
         "kwon_arbitrary", ["decomposer=exact", "duration=9", f"fidelity={fidelity}"]
-    )[1]
+    )
     scenario = dc.replace(scenario, robot=Planar(shoulder_aside=0.2))
     straight = dc.replace(scenario, robot=Planar())
     right = metrics(simulate(scenario))

@@ -56,7 +56,7 @@ class Steps:
             return
         if not getattr(self, "on", False):
             return
-        if name == "simulated" and self.began is None:
+        if name == "simulate" and self.began is None:
             self.began = len(self.sites)
         self.sites.append((code.co_filename[-20:], frame.f_lineno, event))
         if len(self.sites) - 1 == self.at:
