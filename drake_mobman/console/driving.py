@@ -20,7 +20,9 @@ _LOOK = 0.05
 class Served(Protocol):
     """What a session is driven from."""
 
-    address: str  # What to open in a browser.
+    @property
+    def address(self) -> str:
+        """Returns what to open in a browser."""
 
     def run(self) -> None:
         """Serves until `close`."""

@@ -78,7 +78,7 @@ class Job:
         self.scenario = scenario
         self.numbers: dict[str, Any] | None = None  # The metrics, once there are any.
         self.status = 0  # To exit with.
-        self._folder = folder
+        self.folder = folder
         self._wanted = wanted
         self._stop = stop
         self._shown = shown
@@ -91,8 +91,8 @@ class Job:
                 folder is as it was.
         """
         try:
-            check_run_folder(self._folder)
-            with OutputFolder(self._folder, RUN) as folder:
+            check_run_folder(self.folder)
+            with OutputFolder(self.folder, RUN) as folder:
                 run = self._simulated(folder)
                 if self._log_written(run, folder):
                     self._write_metrics(run, folder)
@@ -100,7 +100,7 @@ class Job:
         except ParameterError:
             raise
         except OSError as error:
-            self._failed(f"{self._folder}: not written: {_line(error)}", named=True)
+            self._failed(f"{self.folder}: not written: {_line(error)}", named=True)
         if self._stop():
             self.status = self._stop.status
 
@@ -134,6 +134,7 @@ class Job:
         except FolderError as error:
             # Somebody has put something there meanwhile.
             folder.move_aside()
+            self.folder = folder.path
             self._failed(f"{error}; written to {folder.path}", named=True)
             write_log(run, folder, self._wanted.every, progress)
 

@@ -25,7 +25,7 @@ from typer.testing import CliRunner
 from drake_mobman.cli.app import app
 from drake_mobman.console.panel_process import EXPOSED
 
-MOBMAN = [sys.executable, "-m", "drake_mobman.cli.app"]
+MOBMAN = [sys.executable, "-m", "drake_mobman"]
 QUICK = ["--no-figures", "--set", "duration=0.5"]
 
 
@@ -364,7 +364,7 @@ def test_disk_that_is_full_leaves_the_old_run_as_it_was(tmp_path, monkeypatch):
 @contextmanager
 def driving(*arguments, code="", **options):
     """Gives a process of `mobman drive`, before which `code` runs, and its address."""
-    code = f"{code}\nfrom drake_mobman.cli.app import main\nmain()"
+    code = f"{code}\nfrom drake_mobman.__main__ import main\nmain()"
     process = subprocess.Popen(
         [sys.executable, "-u", "-c", code, "drive", *arguments, "--port", "0"],
         stdout=subprocess.PIPE,

@@ -196,4 +196,4 @@ def test_name_that_looks_like_markup_is_printed_as_it_is(tmp_path, monkeypatch):
     Path("[bold].yaml").touch()
     result = CliRunner().invoke(app, ["run", "[bold].yaml", *TAIL["run"][1:]])
     assert result.exit_code == 0
-    assert "[bold]" in result.stdout.splitlines()[1]
+    assert "[bold]" in result.stdout.splitlines()[0]

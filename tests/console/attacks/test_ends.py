@@ -37,7 +37,7 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 def command(*arguments, more=("-X", "importtime")):
-    module = [*more, "-m", "drake_mobman.cli.app"]
+    module = [*more, "-m", "drake_mobman"]
     return [sys.executable, *module, "drive", *map(str, arguments), "--port", "0"]
 
 
