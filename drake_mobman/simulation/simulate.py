@@ -50,6 +50,23 @@ class Run:
     died: str = ""  # When and why, in one line; empty for a run that went through.
     interrupted: bool = False  # Whether the user ended it.
 
+    def __getitem__(self, signal: str) -> np.ndarray:
+        """Returns a signal over time (N, size)."""
+        if signal not in self.signals:
+            valid = ", ".join(self.signals)
+            raise KeyError(f"no signal {signal!r}; valid names are {valid}")
+        return self.log[signal]
+
+    @property
+    def time(self) -> np.ndarray:
+        """Returns the times of the samples (N,) [s]."""
+        return self.log["time"]
+
+    @property
+    def signals(self) -> list[str]:
+        """Returns the names of the signals that were logged."""
+        return [name for name in self.log if name != "time"]
+
 
 def simulate(
     scenario: AnyScenario,
