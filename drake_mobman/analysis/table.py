@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from drake_mobman.analysis.compare import UNITS
+from drake_mobman.analysis.compare import UNITS, shown
 from drake_mobman.analysis.compare import table_of as flat_table_of
+
+__all__ = ["Group", "Row", "shown", "table_of"]
 
 _GROUPS = {
     "end effector": ("ee_", "workspace_", "authority_", "commands_"),

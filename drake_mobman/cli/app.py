@@ -4,7 +4,6 @@ Drake is imported when a command runs: `mobman --help` is quick.
 """
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
 from typing import Annotated
 
 import typer
@@ -26,6 +25,8 @@ app = typer.Typer(
 
 def print_version(wanted: bool) -> None:
     """Prints the versions of what results depend on, and ends."""
+    from importlib.metadata import PackageNotFoundError, version
+
     if not wanted:
         return
     try:

@@ -57,8 +57,7 @@ def _table(results: Results, title: str | None) -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    from drake_mobman.analysis.compare import shown
-    from drake_mobman.analysis.table import table_of
+    from drake_mobman.analysis.table import shown, table_of
 
     table = Table(
         title=title and visible(title),
