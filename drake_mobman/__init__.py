@@ -13,11 +13,11 @@ importing the package imports neither Drake nor numpy.
 
 from typing import TYPE_CHECKING
 
-from drake_mobman.lazy import lazy
+from drake_mobman.lazy import lazy_getattr
 
 __version__ = "0.1.0"
 
-if TYPE_CHECKING:  # `lazy` reads these lines too.
+if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.analysis.metrics import metrics
     from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
     from drake_mobman.arm.damped_inverse import DampedInverse
@@ -25,11 +25,8 @@ if TYPE_CHECKING:  # `lazy` reads these lines too.
     from drake_mobman.arm.limits import JointLimits
     from drake_mobman.arm.oriented_inverse import OrientedInverse
     from drake_mobman.base.smoother import CommandSmoother, Smoother
-    from drake_mobman.base.velocity_field import (
-        Reach,
-        VelocityField,
-        VelocityFieldController,
-    )
+    from drake_mobman.base.unsmoothed import Unsmoothed
+    from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
     from drake_mobman.blocks import scalar_block
     from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
     from drake_mobman.decomposers.decomposer import (
@@ -40,8 +37,8 @@ if TYPE_CHECKING:  # `lazy` reads these lines too.
     from drake_mobman.decomposers.exact import Exact, ExactDecomposer
     from drake_mobman.decomposers.field import FieldDecomposer
     from drake_mobman.decomposers.optimization import OptimizationDecomposer
+    from drake_mobman.decomposers.projection import Projection
     from drake_mobman.decomposers.qp import Qp, QpDecomposer
-    from drake_mobman.decomposers.share import Projection, WorkspaceLimits
     from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
     from drake_mobman.diagrams import make_diagram
     from drake_mobman.figures import draw_figures
@@ -53,26 +50,27 @@ if TYPE_CHECKING:  # `lazy` reads these lines too.
         Release,
         Waypoint,
     )
+    from drake_mobman.guidance.planned import Planned
     from drake_mobman.guidance.tool_sensor import ToolSensor
     from drake_mobman.notebook import simulate
     from drake_mobman.parameters import ParameterError
+    from drake_mobman.robot_model import (
+        BaseLimits,
+        Reach,
+        RobotSetup,
+        WorkspaceLimits,
+    )
     from drake_mobman.robots.defaults import Start
     from drake_mobman.robots.franka_tiago import FrankaTiago
     from drake_mobman.robots.kinematic import Kinematic, KinematicRobot
     from drake_mobman.robots.planar import Planar
     from drake_mobman.robots.servo import Servo
     from drake_mobman.robots.spatial import Spatial
-    from drake_mobman.scenario.scenario import (
-        External,
-        Guided,
-        Planned,
-        ScenarioError,
-        Teleop,
-        load_scenario,
-    )
+    from drake_mobman.scenario import Guided, ScenarioError, Teleop, load_scenario
     from drake_mobman.scenario_files import scenario_names
     from drake_mobman.teleop.choice import ControllerSelector, CrossFade, Transition
     from drake_mobman.teleop.drag import Drag
+    from drake_mobman.teleop.external import External
     from drake_mobman.teleop.gate import CommandGate, Gate
     from drake_mobman.teleop.guard import CommandGuard, Guard
     from drake_mobman.teleop.led_hand import Lead, LedHand
@@ -81,9 +79,10 @@ if TYPE_CHECKING:  # `lazy` reads these lines too.
     from drake_mobman.teleop.scripted import Held, Script, ScriptedSource, Smooth
     from drake_mobman.teleop.stop_ramp import StopRamp
 else:
-    __getattr__ = lazy(__name__)
+    __getattr__ = lazy_getattr(__name__)
 
 __all__ = [
+    "BaseLimits",
     "Blending",
     "BlendingDecomposer",
     "ClosedFormInverse",
@@ -129,6 +128,7 @@ __all__ = [
     "RecordedSource",
     "Recording",
     "Release",
+    "RobotSetup",
     "ScenarioError",
     "Script",
     "ScriptedSource",
@@ -144,6 +144,7 @@ __all__ = [
     "Teleop",
     "ToolSensor",
     "Transition",
+    "Unsmoothed",
     "VelocityField",
     "VelocityFieldController",
     "Waypoint",

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 
-def lazy(package: str) -> Callable[[str], Any]:
+def lazy_getattr(package: str) -> Callable[[str], Any]:
     """Returns what imports a name of a package: its `__getattr__`."""
 
     def imported(name: str) -> Any:

@@ -12,17 +12,14 @@ from typing import Any
 
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.table import shown, table_of
-from drake_mobman.diagrams import check_buildable
 from drake_mobman.figures.end_effector import draw_path
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.scenario.scenario import (
-    OF_ROBOT,
-    AnyScenario,
-    ScenarioError,
-    load_scenario,
-)
+from drake_mobman.scenario import AnyScenario, ScenarioError, load_scenario
+from drake_mobman.scenario.scenario import OF_ROBOT
 from drake_mobman.simulation.simulate import Run
 from drake_mobman.simulation.simulate import simulate as run_of
+
+_LEFT, _RIGHT = 'style="text-align: left"', 'style="text-align: right"'
 
 
 class NotebookRun(Run):
@@ -68,7 +65,7 @@ def simulate(scenario: str | Path | AnyScenario, **changes: Any) -> NotebookRun:
         ParameterError: where a change is not valid; a line with what would be.
     """
     if isinstance(scenario, str | Path):
-        _, scenario = load_scenario(str(scenario))
+        scenario = load_scenario(scenario)
     run = run_of(changed(scenario, changes))
     if run.died:
         warnings.warn(run.died, RuntimeWarning, stacklevel=2)
@@ -79,7 +76,7 @@ def changed(scenario: AnyScenario, changes: Mapping[str, Any]) -> AnyScenario:
     """Returns a scenario with other values of some of its fields, checked.
 
     Raises:
-        ScenarioError: where there is no such field, or the diagram cannot be built.
+        ScenarioError: where there is no such field.
         ParameterError: where a value is not valid.
     """
     fields = {field.name: field for field in dc.fields(scenario)}
@@ -91,9 +88,7 @@ def changed(scenario: AnyScenario, changes: Mapping[str, Any]) -> AnyScenario:
             valid = f"valid fields are: {', '.join(fields)}"
             raise ScenarioError(f"{key}: no such field of the scenario; {valid}")
         values[key] = _of_type(fields[key].type, key, value)
-    new = checked(dc.replace(scenario, **values))
-    check_buildable(new)
-    return new
+    return checked(dc.replace(scenario, **values))
 
 
 def _of_type(expected: Any, key: str, value: Any) -> Any:
@@ -115,13 +110,13 @@ def _rows(numbers: dict[str, Any]) -> Iterator[str]:
     """Yields the rows of a table of metrics."""
     for group in table_of({"": numbers}):
         title = html.escape(group.title)
-        yield f'<tr><th colspan="3" style="text-align: left">{title}</th></tr>'
+        yield f'<tr><th colspan="3" {_LEFT}>{title}</th></tr>'
         for row in group.rows:
             cells = row.label, shown(row.values[""]), row.unit
             label, value, unit = map(html.escape, cells)
             yield (
-                f'<tr><td style="text-align: left">{label}</td><td style="text-align: right">{value}</td>'
-                f'<td style="text-align: left">{unit}</td></tr>'
+                f"<tr><td {_LEFT}>{label}</td><td {_RIGHT}>{value}</td>"
+                f"<td {_LEFT}>{unit}</td></tr>"
             )
 
 

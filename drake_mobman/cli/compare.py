@@ -51,7 +51,7 @@ def compare(
             if stop():
                 complain(f"{name}: interrupted, not run")
                 break
-            ended = compare_one(name, scenario, chosen, out / name, stop)
+            ended = compare_one(scenario, chosen, out / name, stop)
             status = status or ended
             if ended == INTERRUPTED:
                 break
@@ -84,7 +84,6 @@ def check_each(loaded: "dict[str, AnyScenario]", decomposers: Decomposers) -> No
 
 
 def compare_one(
-    name: str,
     scenario: "AnyScenario",
     decomposers: Decomposers,
     folder: Path,
@@ -102,10 +101,10 @@ def compare_one(
         with OutputFolder(folder, COMPARISON) as opened:
 
             def run_with(decomposer: str, variant: "Teleop") -> "Run":
-                return run_one(name, decomposer, variant, opened, stop)
+                return run_one(decomposer, variant, opened, stop)
 
             comparison = compared(scenario, decomposers, run_with, stop)
-            write_comparison(comparison, name, opened)
+            write_comparison(comparison, scenario.name, opened)
             status = add_picture(comparison, opened, folder, stop)
     except (Exception, SystemExit) as error:
         complain(f"{folder}: not written: {error}")
@@ -113,7 +112,7 @@ def compare_one(
     except KeyboardInterrupt:
         complain(f"{folder}: interrupted, not written")
         return INTERRUPTED
-    print_metrics(comparison.metrics, title=name)
+    print_metrics(comparison.metrics, title=scenario.name)
     console.print()
     say_path("written to", folder)
     if any(run.interrupted for run in comparison.runs.values()):
@@ -123,16 +122,12 @@ def compare_one(
 
 
 def run_one(
-    name: str,
-    decomposer: str,
-    variant: "Teleop",
-    folder: "OutputFolder",
-    stop: "Stop",
+    decomposer: str, variant: "Teleop", folder: "OutputFolder", stop: "Stop"
 ) -> "Run":
     """Returns the run of a scenario with one of the decomposers."""
     from drake_mobman.simulation.simulate import simulated, tick_times
 
-    title = f"{name}, {decomposer}"
+    title = f"{variant.name}, {decomposer}"
     part = folder.file(f"{decomposer}.part")
     with progress_bar(title, variant.duration) as progress:
         run = simulated(variant, progress=progress, stop=stop, part=part)

@@ -107,7 +107,9 @@ def drive_one(
         if not session.close(lambda: len(stop.received) > 1):
             complain("recordings are completed without you; that takes some seconds")
     last = session.snapshot()
-    for problem in filter(None, [last.died and f"{scenario.name}: {last.died}", last.problem]):
+    for problem in filter(
+        None, [last.died and f"{scenario.name}: {last.died}", last.problem]
+    ):
         complain(problem)
     return DIED if last.died or last.problem else 0
 
