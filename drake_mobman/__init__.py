@@ -25,11 +25,12 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.arm.limits import JointLimits
     from drake_mobman.arm.oriented_inverse import OrientedInverse
     from drake_mobman.base.smoother import CommandSmoother, Smoother
-    from drake_mobman.base.unsmoothed import Unsmoothed
+    from drake_mobman.base.unsmoothed import CommandPassThrough, Unsmoothed
     from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
     from drake_mobman.blocks import scalar_block
     from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
     from drake_mobman.decomposers.decomposer import (
+        CompensatedDecomposer,
         ShareDecomposer,
         declare_decomposer_ports,
     )
@@ -88,7 +89,9 @@ __all__ = [
     "ClosedFormInverse",
     "CommandGate",
     "CommandGuard",
+    "CommandPassThrough",
     "CommandSmoother",
+    "CompensatedDecomposer",
     "ControllerSelector",
     "CrossFade",
     "DampedInverse",
