@@ -12,7 +12,7 @@ from drake_mobman.cli.messages import complain, refuse, say
 from drake_mobman.cli.options import Overrides, completed_scenarios
 from drake_mobman.cli.stopping import interrupted
 from drake_mobman.exit_status import DIED
-from drake_mobman.output import refused
+from drake_mobman.output import write_error
 
 if TYPE_CHECKING:
     from drake_mobman.console.driving import Served
@@ -98,8 +98,8 @@ def drive_one(
         if stop():
             return interrupted(stop)
         say(f"drive {scenario.name} at {served.address}; Ctrl-C ends it")
-        if refused(sys.stdout):
-            return DIED  # Nobody could find it.
+        if write_error(sys.stdout):
+            return DIED  # Nobody sees the address.
         open_page(served.address)
         serve(served, stop)
     finally:

@@ -177,7 +177,7 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
         finally:
             process.kill()
     why = "No space left on device" if kind == "full" else "Broken pipe"
-    assert errors == f"mobman: the standard output was not taken: {why}\n"
+    assert errors == f"mobman: cannot write to the standard output: {why}\n"
     assert process.returncode == 1
 
 
