@@ -209,7 +209,7 @@ def lasts(name, minutes):
     """Drives by the command line and a scripted browser, and prints how it went."""
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / name
-        command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive", name]
+        command = [sys.executable, "-u", "-m", "drake_mobman", "drive", name]
         process = subprocess.Popen(
             [*command, "--port", "0", "--record", str(folder)],
             stdout=subprocess.PIPE,

@@ -20,7 +20,9 @@ _POLL = 0.05
 class SessionServer(Protocol):
     """Serves a session to those who drive it."""
 
-    address: str  # What to open in a browser.
+    @property
+    def address(self) -> str:
+        """Returns what to open in a browser."""
 
     def run(self) -> None:
         """Serves until `close`."""

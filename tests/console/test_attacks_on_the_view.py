@@ -125,7 +125,7 @@ def ports_of(pid):
 def mobman_drive(*arguments):
     """Runs `mobman drive`; gives the process and the address it prints."""
     process = subprocess.Popen(
-        [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive", *arguments],
+        [sys.executable, "-u", "-m", "drake_mobman", "drive", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -851,7 +851,7 @@ def test_page_of_another_site_gets_no_socket(server):
 @contextmanager
 def mobman_drive(*arguments, folder=None):
     """Runs `mobman drive` in a folder; gives the process and the address it prints."""
-    command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive"]
+    command = [sys.executable, "-u", "-m", "drake_mobman", "drive"]
     process = subprocess.Popen(
         [*command, *map(str, arguments), "--port", "0"],
         stdout=subprocess.PIPE,

@@ -179,7 +179,7 @@ def test_browser_opens_by_itself_where_there_is_a_screen(tmp_path, screen):
     opened, browser = tmp_path / "opened", tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {opened}\n')
     browser.chmod(0o755)
-    command = [sys.executable, "-m", "drake_mobman.cli.app", "drive", "kwon_1"]
+    command = [sys.executable, "-m", "drake_mobman", "drive", "kwon_1"]
     us, them = pty.openpty()  # A person's terminal.
     process = subprocess.Popen(
         [*command, "--port", "0"],

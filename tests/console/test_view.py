@@ -236,7 +236,7 @@ PLACES = """() => {
 def mobman_drive(folder):
     """Runs `mobman drive`, recording to a folder; gives the page's host and port."""
     options = [x for one in FAST for x in ("--set", one)]
-    command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive"]
+    command = [sys.executable, "-u", "-m", "drake_mobman", "drive"]
     process = subprocess.Popen(
         [*command, "kwon_arbitrary", *options, "--port", "0", "--record", str(folder)],
         stdout=subprocess.PIPE,

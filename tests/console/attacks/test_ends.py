@@ -37,7 +37,7 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 def command(*arguments, more=("-X", "importtime")):
-    module = [*more, "-m", "drake_mobman.cli.app"]
+    module = [*more, "-m", "drake_mobman"]
     return [sys.executable, *module, "drive", *map(str, arguments), "--port", "0"]
 
 
@@ -177,7 +177,7 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
         finally:
             process.kill()
     why = "No space left on device" if kind == "full" else "Broken pipe"
-    assert errors == f"mobman: the standard output was not taken: {why}\n"
+    assert errors == f"mobman: cannot write to the standard output: {why}\n"
     assert process.returncode == 1
 
 
