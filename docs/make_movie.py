@@ -32,9 +32,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
+import drake_mobman as mm
 from drake_mobman import signals
-from drake_mobman.scenario.scenario import load_scenario
-from drake_mobman.simulation.simulate import simulated
 
 SCENARIO = "kwon_franka"
 WIDTH, HEIGHT = 720, 320  # Of the picture [px].
@@ -176,8 +175,8 @@ def main() -> None:
     parser.add_argument("--scenario", default=SCENARIO)
     parser.add_argument("--out", default=Path(__file__).parent / "movie.gif", type=Path)
     given = parser.parse_args()
-    _, scenario = load_scenario(given.scenario, ["compiled=true"])
-    run = simulated(scenario)
+    scenario = mm.load_scenario(given.scenario)
+    run = mm.simulate(scenario)
     write(list(frames(run.log, scenario.robot.urdf())), given.out)
 
 

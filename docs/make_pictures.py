@@ -25,15 +25,10 @@ from drake_mobman.arm.limits import end_rates
 from drake_mobman.arm.place_first import place_first
 from drake_mobman.base.smoother import smoothed
 from drake_mobman.base.velocity_field import VelocityField, field_on
-from drake_mobman.decomposers.blending import blended_share, strict_share
-from drake_mobman.decomposers.share import (
-    Projection,
-    WorkspaceLimits,
-    base_speed,
-    radial_weight,
-)
+from drake_mobman.decomposers.projection import Projection, base_speed, radial_weight
+from drake_mobman.decomposers.share import blended_share, strict_share
 from drake_mobman.decomposers.switching import switched_share
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, WorkspaceLimits
 from drake_mobman.robots.franka_tiago import FrankaTiago
 
 FOLDER = Path(__file__).parent / "pictures"

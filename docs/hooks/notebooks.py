@@ -30,6 +30,14 @@ def on_files(files: Any, config: Any) -> Any:
     return files
 
 
+def on_page_markdown(text: str, **_: Any) -> str:
+    """Returns a page's text with its links to notebooks to their pages.
+
+    In the tree, they lead to the notebooks themselves.
+    """
+    return text.replace(".ipynb)", ".md)")
+
+
 def rendered(path: Path) -> tuple[str, dict[str, bytes]]:
     """Executes a notebook; returns it as Markdown, and its pictures by file name."""
     notebook = nbformat.read(path, as_version=4)
@@ -47,7 +55,7 @@ def rendered(path: Path) -> tuple[str, dict[str, bytes]]:
             parts.append(shown)
             if picture:
                 pictures[name] = picture
-    parts.insert(1, f"[The notebook]({path.name}){{ .md-button download }}")
+    parts.insert(1, f'<a href="{path.name}" download>The notebook</a>')
     return "\n\n".join(filter(None, parts)) + "\n", pictures
 
 

@@ -19,7 +19,9 @@ class Ports(Extension):
         """Rewrites one docstring."""
         if obj.docstring:
             text = _SYSTEM.sub(_listed, obj.docstring.value)
-            obj.docstring.value = re.sub(r"(?<=\n)::\n", "", text)
+            text = re.sub(r"(?<=\n)::\n", "", text)
+            # Two brackets in a row, as of a range and its unit, would be a link.
+            obj.docstring.value = re.sub(r"\] \[", "] &#91;", text)
 
 
 def _listed(found: re.Match[str]) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from types import UnionType
 from typing import Any
 
-from drake_mobman.scenario import scenario as scenarios
+from drake_mobman.scenario import AnyScenario
 
 MARK = "<!-- scenarios reference -->"
 """In the page, where the reference goes."""
@@ -43,7 +43,7 @@ def reference() -> str:
 def classes() -> list[type]:
     """Returns every dataclass that a scenario may hold, the scenarios first."""
     found: list[type] = []
-    waiting = list(_dataclasses(scenarios.AnyScenario))
+    waiting = list(_dataclasses(AnyScenario))
     while waiting:
         each = waiting.pop(0)
         if each not in found:
