@@ -159,6 +159,7 @@ def strict_workspace() -> Figure:
     grid = np.linspace(1.3, 1.8, 501)
     laws = (("tanh", blended_share, ARM), ("smoothstep", strict_share, EE))
     for name, law, color in laws:
+
         def share_at(x: float, law: Any = law) -> float:
             return float(law(v_c, x, limits.l_min, limits.l_max, 21.0))
 
@@ -203,7 +204,9 @@ def geometry() -> Figure:
     def arrow(start: Any, along: Any, text: str, color: str, at: Any) -> None:
         end = start + along
         axes.add_patch(
-            FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=14, color=color)
+            FancyArrowPatch(
+                start, end, arrowstyle="-|>", mutation_scale=14, color=color
+            )
         )
         axes.annotate(
             text, end, xytext=at, textcoords="offset points", color=color, fontsize=11
@@ -259,7 +262,9 @@ def optimization() -> Figure:
     )
     for name, params, color in laws:
         run = mm.simulate("kwon_arbitrary", decomposer=params)
-        axes.plot(run.time, run["ee_cylindrical"][:, 0], color=color, lw=1.6, label=name)
+        axes.plot(
+            run.time, run["ee_cylindrical"][:, 0], color=color, lw=1.6, label=name
+        )
     limits = WorkspaceLimits()
     axes.axhspan(limits.l_min, limits.l_max, color=INK, alpha=0.12, lw=0)
     named(axes, "time [s]", "$l$ [m]")
@@ -310,7 +315,7 @@ def field() -> Figure:
     colours = LinearSegmentedColormap.from_list("field", [OTHER, "#9aa2ad", ARM])
     for axes, law in zip(panels, ("printed", "projected"), strict=True):
         params = VelocityField(law=law)
-        v, omega, _ = field_on(points, params, reach)
+        v, _, _ = field_on(points, params, reach)
         v = np.ma.array(np.clip(v, -0.5, 0.5), mask=outside)
         image = axes.pcolormesh(
             x, y, v, cmap=colours, vmin=-0.5, vmax=0.5, rasterized=True

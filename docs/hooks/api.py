@@ -37,7 +37,8 @@ def packages() -> dict[str, list[str]]:
         modules = [path for path in sorted(init.parent.glob("[a-z]*.py"))]
         found[init.parent.name] = [_name(path) for path in modules]
     found["diagrams"] = [
-        f"diagrams.{path.stem}" for path in sorted((ROOT / "diagrams").glob("[a-z]*.py"))
+        f"diagrams.{path.stem}"
+        for path in sorted((ROOT / "diagrams").glob("[a-z]*.py"))
     ]
     return {name: modules for name, modules in found.items() if modules}
 

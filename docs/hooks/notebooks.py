@@ -49,7 +49,7 @@ def rendered(path: Path) -> tuple[str, dict[str, bytes]]:
             parts.append(cell.source)
             continue
         parts.append(f"```python\n{cell.source}\n```")
-        for output in cell.outputs:
+        for output in _joined(cell.outputs):
             name = f"{path.stem}_{len(pictures) + 1}.png"
             shown, picture = _shown(output, name)
             parts.append(shown)
@@ -59,13 +59,26 @@ def rendered(path: Path) -> tuple[str, dict[str, bytes]]:
     return "\n\n".join(filter(None, parts)) + "\n", pictures
 
 
+def _joined(outputs: list[Any]) -> list[Any]:
+    """Returns a cell's outputs, with what is printed in one piece."""
+    found: list[Any] = []
+    for output in outputs:
+        if found and output.output_type == found[-1].output_type == "stream":
+            found[-1].text += output.text
+        else:
+            found.append(output)
+    return found
+
+
 def _shown(output: Any, name: str) -> tuple[str, bytes]:
     """Returns a cell's output as Markdown, and the picture in it, if it is one."""
     if output.output_type == "stream":
         return _verbatim(output.text), b""
     data = output.get("data", {})
     if "image/png" in data:
-        return f"![Drawn by the cell above]({name})", base64.b64decode(data["image/png"])
+        return f"![Drawn by the cell above]({name})", base64.b64decode(
+            data["image/png"]
+        )
     if "text/html" in data:
         # On one line, so that Markdown leaves it alone.
         inside = " ".join(_STYLE.sub("", data["text/html"]).split())

@@ -1,6 +1,7 @@
 """The table of signals, made from `drake_mobman/signals.py`."""
 
 import ast
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ def table() -> str:
     """Returns a row for each signal: its name, size, and what it holds."""
     lines = ["| signal | size | what it holds |", "|---|---|---|"]
     body = ast.parse(SOURCE.read_text()).body
-    for name, said in zip(body, body[1:], strict=False):
+    for name, said in itertools.pairwise(body):
         if isinstance(name, ast.Assign) and isinstance(said, ast.Expr):
             text = " ".join(ast.literal_eval(said.value).split())
             size, colon, content = text.partition(":")
