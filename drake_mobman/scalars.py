@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from pydrake.symbolic import Expression, ExpressionKind, Formula, Variable, if_then_else
 from pydrake.symbolic import max as symbolic_max
 from pydrake.symbolic import min as symbolic_min
@@ -15,6 +16,9 @@ Scalar = Any
 
 Told apart by `type(x) is ...`: to ask `isinstance` costs more than what is asked for.
 """
+
+Vector = Sequence[Scalar] | np.ndarray
+"""Several of them: a tuple, a list or an array."""
 
 
 def where(condition: Any, if_true: Scalar, if_false: Scalar) -> Scalar:

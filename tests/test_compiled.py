@@ -4,7 +4,6 @@ import functools
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
@@ -15,9 +14,11 @@ from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.smoother import CommandSmoother, Smoother
+from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
 from drake_mobman.robot_model import RobotModel
@@ -25,7 +26,7 @@ from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import KinematicRobot
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.guard import CommandGuard, Guard
 
@@ -39,23 +40,23 @@ PERIOD = 0.01
 
 
 def decomposer(kind, name, *overrides):
-    _, scenario = load_scenario(name, [f"decomposer={kind}", *overrides])
-    return make_decomposer(scenario, RobotModel(scenario.robot))
+    scenario = load_scenario(name, [f"decomposer={kind}", *overrides])
+    return build_decomposer(scenario.decomposer, scenario.setup())
 
 
 exact_decomposer = functools.partial(decomposer, "exact")
 
 
 def inverse(robot, by):
-    return ClosedFormInverse(robot.arm(), RobotModel(robot).limits, PERIOD, by)
+    return ClosedFormInverse(robot.arm(), RobotModel(robot).joint_limits, PERIOD, by)
 
 
 BLOCKS = {
     "smoother": lambda: CommandSmoother(Smoother(), PERIOD),
-    "pass-through": lambda: CommandSmoother(Smoother(enabled=False), PERIOD),
+    "pass-through": CommandPassThrough,
     "field": lambda: VelocityFieldController(VelocityField(), FrankaTiago().reach()),
     "field of an arm with ends": lambda: VelocityFieldController(
-        VelocityField(), Planar().reach(), RobotModel(Planar()).limits
+        VelocityField(), Planar().reach(), RobotModel(Planar()).joint_limits
     ),
     "field, decomposed": lambda: decomposer("velocityfield", "kwon_1"),
     "blending": lambda: BlendingDecomposer(Blending()),
@@ -65,7 +66,7 @@ BLOCKS = {
     "franka sensor": lambda: EndEffectorSensor(FrankaTiago().arm()),
     "free arm's sensor": lambda: EndEffectorSensor(FrankaTiago().arm(), 2.0, PERIOD),
     "exact, planar": lambda: exact_decomposer("kwon_arbitrary"),
-    "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother.enabled=true"),
+    "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother=smoother"),
     "planar inverse": lambda: inverse(Planar(), by="positions"),
     "planar inverse by rates": lambda: inverse(Planar(), by="rates"),
     "spatial inverse": lambda: inverse(Spatial(), by="positions"),
@@ -162,7 +163,7 @@ def test_states_go_the_same_way_under_a_held_input(name):
 
 def test_block_that_asks_a_multibody_plant_is_left_as_it_is():
     arm = FrankaTiago().arm()
-    block = DampedInverse(arm, RobotModel(FrankaTiago()).limits, PERIOD)
+    block = DampedInverse(arm, RobotModel(FrankaTiago()).joint_limits, PERIOD)
     assert compiled(block) is block
 
 
@@ -170,17 +171,17 @@ def test_block_that_asks_a_multibody_plant_is_left_as_it_is():
 @pytest.mark.parametrize("decomposer", ["blending", "switching", "exact"])
 def test_compiled_scenario_gives_the_same_log_to_rounding(name, decomposer):
     overrides = [f"decomposer={decomposer}"]
-    plain = simulate(load_scenario(name, overrides)[1]).log
-    quick = simulate(load_scenario(name, [*overrides, "compiled=true"])[1]).log
+    plain = simulate(load_scenario(name, overrides)).log
+    quick = simulate(load_scenario(name, [*overrides, "compiled=true"])).log
     assert plain.keys() == quick.keys()
     for signal, values in plain.items():
         np.testing.assert_allclose(quick[signal], values, rtol=0, atol=DRIFT)
 
 
 def test_compiled_guided_run_gives_the_same_log_to_rounding():
-    plain = simulate(load_scenario("petric_guided", ["duration=8"])[1]).log
+    plain = simulate(load_scenario("petric_guided", ["duration=8"])).log
     overrides = ["duration=8", "compiled=true"]
-    quick = simulate(load_scenario("petric_guided", overrides)[1]).log
+    quick = simulate(load_scenario("petric_guided", overrides)).log
     for signal, values in plain.items():
         # Forces and jerks of a stiff hand magnify what positions are off by.
         np.testing.assert_allclose(quick[signal], values, rtol=0, atol=1e-6)

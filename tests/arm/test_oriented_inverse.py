@@ -6,7 +6,6 @@ import numpy as np
 import pinocchio
 import pytest
 from drake_mobman.diagrams.guided import make_guided_diagram
-from drake_mobman.diagrams.teleop import make_arm_inverse
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
@@ -23,7 +22,7 @@ from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import ScenarioError, load_scenario
+from drake_mobman.scenario import ScenarioError, load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.simulation.simulate import simulate
 
@@ -60,10 +59,10 @@ SCENARIOS = {
 
 # Two behaviours of the base.
 PROMPT = ()
-LAZY = ("smoother={enabled: true}", "decomposer.K_omega=0.4", "decomposer.phi_min=0.1")
+LAZY = ("smoother=smoother", "decomposer.K_omega=0.4", "decomposer.phi_min=0.1")
 
 MODEL = RobotModel(FrankaTiago())
-LIMITS = MODEL.limits
+LIMITS = MODEL.joint_limits
 ARM = FrankaTiago().arm()
 BLIND = JacobianArm(MODEL.plant, POSTURE, Damping(level_gain=0.0))
 """The same arm, which does not see that its hand is tilted."""
@@ -87,7 +86,7 @@ def with_limits(lower=LIMITS.lower, upper=LIMITS.upper, velocity=LIMITS.velocity
 @functools.cache
 def run_of(name, orientation, fidelity, *overrides):
     wanted = [f"robot.orientation={orientation}", f"fidelity={fidelity}", *overrides]
-    return simulate(load_scenario(name, SCENARIOS[name] + wanted)[1])
+    return simulate(load_scenario(name, SCENARIOS[name] + wanted))
 
 
 def hand_of(run):
@@ -258,7 +257,7 @@ def test_a_wrist_at_its_end_turns_the_hand_and_does_not_hold_up_the_arm(name):
     run = run_of(name, "held", "kinematic", *TURNED_FAR)
     wrist = run.log["arm_position"][:, -1]
     model = RobotModel(run.scenario.robot)
-    ends = model.limits.lower[-1], model.limits.upper[-1]
+    ends = model.joint_limits.lower[-1], model.joint_limits.upper[-1]
     ended = np.isclose(wrist, ends[0], atol=1e-6) | np.isclose(
         wrist, ends[1], atol=1e-6
     )
@@ -460,8 +459,8 @@ def test_an_orientation_that_is_none_is_refused():
 )
 def test_the_orientation_chooses_the_arms_inverse(name, orientation, block):
     overrides = [f"robot.orientation={orientation}"] if orientation else []
-    _, scenario = load_scenario(name, overrides)
-    made = make_arm_inverse(scenario, RobotModel(scenario.robot))
+    scenario = load_scenario(name, overrides)
+    made = scenario.robot.arm_inverse(scenario.setup())
     assert isinstance(made, block)
 
 
@@ -486,7 +485,7 @@ def test_a_free_arm_is_none_of_its_business():
     logs = []
     for orientation in ("reach", "held"):
         overrides = ["duration=0.5", f"robot.orientation={orientation}"]
-        _, scenario = load_scenario("petric_guided", overrides)
+        scenario = load_scenario("petric_guided", overrides)
         diagram = make_guided_diagram(scenario)
         simulator = Simulator(diagram)
         simulator.AdvanceTo(scenario.duration)

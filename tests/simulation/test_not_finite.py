@@ -11,8 +11,9 @@ from pydrake.symbolic import MakeVectorVariable
 from pydrake.systems.framework import LeafSystem
 
 from drake_mobman.base.smoother import CommandSmoother, Smoother
+from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.compiled import compiled
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.guard import CommandGuard, Guard, GuardStatus
 
@@ -85,7 +86,7 @@ def test_smoother_brakes_at_once_where_a_command_is_not_finite(kind, bad):
 def test_smoother_that_is_off_lets_nothing_pass_that_is_not_finite(kind, bad):
     if kind is as_expressions and math.isnan(bad):
         pytest.skip("an Expression that is NaN cannot be made")
-    block = CommandSmoother(Smoother(enabled=False), PERIOD)
+    block = CommandPassThrough()
     assert list(kind(block, "base_command_smoothed", [], [bad, 9.0])) == [0.0, 9.0]
 
 
@@ -160,7 +161,7 @@ def test_run_with_a_signal_that_is_not_finite_dies_then_and_names_it(
     port, value, made, smoothed
 ):
     overrides = [f"smoother.enabled={smoothed}", f"compiled={made}", "duration=6"]
-    scenario = load_scenario("kwon_1", [*overrides, "start.l=1"])[1]
+    scenario = load_scenario("kwon_1", [*overrides, "start.l=1"])
     run = simulate(scenario, decomposer=lambda: Breaking(port, value, 2.135))
     why = f"died at t = 2.14 s: {port} is not finite any more"
     # What a block has raised of it, if it did, is told after that.
@@ -170,7 +171,7 @@ def test_run_with_a_signal_that_is_not_finite_dies_then_and_names_it(
 
 
 def test_run_dies_of_a_signal_that_is_not_finite_for_a_single_tick():
-    scenario = load_scenario("kwon_1", ["duration=1", "start.l=1"])[1]
+    scenario = load_scenario("kwon_1", ["duration=1", "start.l=1"])
     block = Breaking("base_contribution", math.inf, 0.425, 0.435)
     run = simulate(scenario, decomposer=lambda: block)
     assert run.died == "died at t = 0.43 s: base_contribution is not finite any more"

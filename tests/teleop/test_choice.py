@@ -1,20 +1,19 @@
 """Controllers side by side: one drives, and hands over without a jump."""
 
-import dataclasses as dc
 import math
 
 import numpy as np
 import pytest
 from drake_mobman.diagrams.choice import make_choice
-from drake_mobman.diagrams.teleop import make_decomposer, make_teleop_diagram
+from drake_mobman.diagrams.teleop import make_teleop_diagram
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
 from drake_mobman.console.choices import choices, live
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.teleop.choice import (
     ControllerSelector,
@@ -79,12 +78,9 @@ AT = {
 @pytest.fixture
 def kwon():
     """A scenario with all alternatives, its decomposers, and inputs to them."""
-    scenario = live(load_scenario("kwon_arbitrary")[1])
-    model = RobotModel(scenario.robot)
-    blocks = [
-        make_decomposer(dc.replace(scenario, decomposer=one), model)
-        for one in scenario.controllers
-    ]
+    scenario = live(load_scenario("kwon_arbitrary"))
+    setup = scenario.setup()
+    blocks = [build_decomposer(one, setup) for one in scenario.controllers]
     q = scenario.robot.arm().inverse(AT["ee_cylindrical"])
     return scenario, blocks, AT | {"arm_position": q}
 
@@ -151,7 +147,7 @@ HOLD = 150
 
 def driven(change, order, command=(0.2, 0.1, 0.0), start=()):
     """Returns the log of a held command while one after another is chosen."""
-    scenario = live(load_scenario("kwon_arbitrary", list(start))[1])
+    scenario = live(load_scenario("kwon_arbitrary", list(start)))
     scenario.transition = change
     order = [choices(scenario).index(name) for name in order]
     diagram = make_teleop_diagram(scenario)
@@ -189,7 +185,7 @@ def test_change_makes_no_jump_of_base_or_arm():
 def test_every_one_of_them_drives_in_turn():
     log = driven(Transition(), EACH, start=NEAR_LIMIT)
     _, now, weight = log["handover"].T
-    scenario = live(load_scenario("kwon_arbitrary")[1])
+    scenario = live(load_scenario("kwon_arbitrary"))
     names = [choices(scenario)[int(i)] for i in now[HOLD - 1 :: HOLD]]
     assert tuple(names) == EACH
     assert (weight[HOLD - 1 :: HOLD] == 1).all()
