@@ -14,6 +14,7 @@ from types import UnionType
 from typing import Any
 
 from drake_mobman.scenario import AnyScenario
+from drake_mobman.scenario.schema import NOT_IN_YAML
 
 MARK = "<!-- scenarios reference -->"
 """In the page, where the reference goes."""
@@ -63,6 +64,7 @@ def fields_of(owner: Any) -> list[Field]:
     return [
         Field(f.name, _type(hints[f.name]), _default(f), *comments[f.name])
         for f in dc.fields(owner)
+        if f.metadata != NOT_IN_YAML
     ]
 
 
