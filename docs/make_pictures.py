@@ -28,8 +28,7 @@ from drake_mobman.base.velocity_field import VelocityField, field_on
 from drake_mobman.decomposers.projection import Projection, base_speed, radial_weight
 from drake_mobman.decomposers.share import blended_share, strict_share
 from drake_mobman.decomposers.switching import switched_share
-from drake_mobman.robot_model import RobotModel, WorkspaceLimits
-from drake_mobman.robots.franka_tiago import FrankaTiago
+from drake_mobman.robot_model import WorkspaceLimits
 
 FOLDER = Path(__file__).parent / "pictures"
 
@@ -275,11 +274,11 @@ def optimization() -> Figure:
 @picture
 def place_first_() -> Figure:
     """What is left of the end effector's velocity as a wrist joint nears its end."""
-    robot = FrankaTiago()
-    arm, limits = robot.arm(), RobotModel(robot).limits
+    setup = mm.RobotSetup.of(mm.FrankaTiago(), period=0.01)
+    arm, limits, period = setup.arm, setup.joint_limits, setup.period
     start = mm.load_scenario("kwon_franka").start
     q = list(map(float, arm.inverse((start.l, start.psi, start.z))))
-    joint, period = arm.wrist[-1], 0.01
+    joint = arm.wrist[-1]
     rooms = np.geomspace(1e-4, 0.3, 120)
     slowed, placed = [], []
     for room in rooms:
@@ -305,7 +304,7 @@ def place_first_() -> Figure:
 @picture
 def field() -> Figure:
     """The field about the base from above, as printed and projected."""
-    reach = FrankaTiago().reach()
+    reach = mm.RobotSetup.of(mm.FrankaTiago(), period=0.01).reach
     figure, panels = axes_of(3.6, 2, sharey=True)
     shoulder = reach.ahead, reach.aside
     side = np.linspace(-0.75, 0.75, 201)

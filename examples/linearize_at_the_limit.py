@@ -36,7 +36,9 @@ STATE = ["v", "omega", "x", "y", "theta", "l", "psi"]
 INPUT = ["v_c", "omega_c"]
 
 
-def linearized(blending: mm.Blending, smoother: mm.Smoother, s: list[float]) -> np.ndarray:
+def linearized(
+    blending: mm.Blending, smoother: mm.Smoother, s: list[float]
+) -> np.ndarray:
     """Returns ds'/d(s, u) (7, 9) at `s`, by AutoDiffXd through the diagram."""
     arm = mm.RobotSetup.of(mm.Planar(), PERIOD).arm
     loop = make_blended_loop(blending, smoother, l=s[5]).ToAutoDiffXd()
@@ -50,7 +52,9 @@ def linearized(blending: mm.Blending, smoother: mm.Smoother, s: list[float]) -> 
     return ExtractGradient(np.array([*after.value(0), *after.value(1)[:3], l, psi]))
 
 
-def by_hand(blending: mm.Blending, smoother: mm.Smoother) -> tuple[list[float], np.ndarray]:
+def by_hand(
+    blending: mm.Blending, smoother: mm.Smoother
+) -> tuple[list[float], np.ndarray]:
     """Returns s at L_max, where the base drives its share, and the same matrix."""
     alpha, beta, a, h = blending.alpha, blending.beta, smoother.smoothing, PERIOD
     limits, sigma = mm.WorkspaceLimits(), blending.projection.sigma

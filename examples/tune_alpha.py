@@ -2,8 +2,9 @@
 
     python examples/tune_alpha.py
 
-The end effector, 0.4 m inside L_max, is pushed out at v_c = 0.3 m/s for T = 6 s. The sharper
-the transition, the less the arm creeps past its limit, and the harder the base starts:
+The end effector starts 0.4 m inside L_max and is pushed out at v_c = 0.3 m/s for T =
+6 s. The sharper the transition, the less the arm creeps past its limit, and the harder
+the base starts:
 
     J(alpha) = mean((l - L_max)_+^2) / EXCESS^2 + mean(v_b_dot^2) / ACCELERATION^2
 
@@ -36,9 +37,7 @@ def cost(alpha: Scalar) -> Scalar:
     """Returns J, and with it dJ/dalpha where `alpha` is an `AutoDiffXd`."""
     builder = DiagramBuilder()
     blending = mm.Blending(alpha=1.0 * alpha)  # A copy: the solver lends its own.
-    loop = builder.AddSystem(
-        make_blended_loop(blending, mm.Unsmoothed(), START)
-    )
+    loop = builder.AddSystem(make_blended_loop(blending, mm.Unsmoothed(), START))
     push = builder.AddSystem(ConstantVectorSource([V_C, 0.0, 0.0]))
     builder.Connect(push.get_output_port(), loop.get_input_port())
     for name in (signals.EE_CYLINDRICAL, signals.BASE_COMMAND_SMOOTHED):
