@@ -15,7 +15,7 @@ FOLDER = Path(__file__).parent / "pictures"
 
 INK, BLUE, ORANGE = "#7d8590", "#3d95cf", "#d9702b"
 LOOK = f"""
-  bgcolor=transparent; rankdir={{direction}}; nodesep=0.25; ranksep=0.35;
+  bgcolor=transparent; rankdir={{direction}}; nodesep=0.25; ranksep=0.28;
   node [shape=box, style=rounded, color="{INK}", fontcolor="{INK}",
         fontname="sans-serif", fontsize=12, height=0.4];
   edge [color="{INK}", fontcolor="{INK}", fontname="monospace", fontsize=10,
@@ -89,4 +89,4 @@ def draw(name: str, content: str, direction: str, reduced: bool = False) -> None
 
 if __name__ == "__main__":
     draw("loop", LOOP, "LR")
-    draw("layers", layers(), "LR", reduced=True)
+    draw("layers", layers(), "TB", reduced=True)
