@@ -25,7 +25,8 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 from drake_mobman.console import session as session_module
-from drake_mobman.console.server import Server, listening
+from drake_mobman.console.addresses import listening
+from drake_mobman.console.server import Server
 from drake_mobman.console.session import LiveSession
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
@@ -80,7 +81,7 @@ def latencies_and_stops():
 
     session_module.check_finite = noting  # It is called after each tick.
     # What has no smoother stops at once; here the base has to brake.
-    _, scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
+    scenario = load_scenario("kwon_arbitrary", ["smoother=smoother"])
     with LiveSession(scenario) as session:
         server = Server("kwon_arbitrary", session, listening(port=0))
         thread = threading.Thread(target=server.run)
@@ -190,7 +191,7 @@ def lasts(name, minutes):
         process.wait()
         numbers = json.loads((folder / "metrics.json").read_text())
         kept = np.load(folder / "log.npz")
-        scenario = load_scenario(str(folder / "scenario.yaml"))[1]
+        scenario = load_scenario(str(folder / "scenario.yaml"))
         run = simulate(scenario)
         intact = all(kept[k].tobytes() == x.tobytes() for k, x in run.log.items())
     ticks = 1e3 * scenario.period / np.array(ratios)

@@ -86,7 +86,7 @@ class Scenario:
         self.start_position(setup)
         check_workspace(self.workspace, self.start, setup)
         with below("smoother"):
-            check_base(self.smoother.limits(), setup.model.base_limits)
+            check_base(self.smoother, setup.model.base_limits)
         self.check_fit(setup)
         self.in_whole_steps().build_all(setup)
 

@@ -1,4 +1,4 @@
-"""What `mobman drive` does around a session: opens what is named, serves, and ends."""
+"""Starting and ending `mobman drive`: finds the scenario, serves, opens the browser."""
 
 import os
 import sys
@@ -13,12 +13,12 @@ from drake_mobman.simulation.stop import Stop
 SCENARIO = "scenario.yaml"
 """The scenario in a run folder."""
 
-_LOOK = 0.05
-"""Between two looks at whether one has been asked to end [s]."""
+_POLL = 0.05
+"""Time between two checks whether to end [s]."""
 
 
-class Served(Protocol):
-    """What a session is driven from."""
+class SessionServer(Protocol):
+    """Serves a session to those who drive it."""
 
     address: str  # What to open in a browser.
 
@@ -30,10 +30,10 @@ class Served(Protocol):
 
 
 def scenario_file(given: str) -> str:
-    """Returns what `load_scenario` takes: the same, or the scenario of a run folder.
+    """Returns the name or file that `load_scenario` takes; of a run folder, its file.
 
     Raises:
-        ScenarioError: where there is a folder, and none in it.
+        ScenarioError: where a folder holds no scenario.
     """
     try:
         if given in scenario_paths() or not Path(given).is_dir():
@@ -47,29 +47,29 @@ def scenario_file(given: str) -> str:
     )
 
 
-def serve(served: Served, stop: Stop) -> None:
-    """Serves a session until its user asks to end, by whatever signal."""
+def serve(server: SessionServer, stop: Stop) -> None:
+    """Serves a session until a signal asks to end it."""
     ended = threading.Event()
 
-    def look() -> None:
+    def watch() -> None:
         while not stop():
-            if ended.wait(_LOOK):
+            if ended.wait(_POLL):
                 return
-        served.close()
+        server.close()
 
-    looking = threading.Thread(target=look, name="stop", daemon=True)
-    looking.start()
+    watcher = threading.Thread(target=watch, name="stop", daemon=True)
+    watcher.start()
     try:
-        served.run()
+        server.run()
     finally:
         ended.set()
-        looking.join()
+        watcher.join()
 
 
 def open_page(address: str) -> None:
     """Opens a page in the browser, if a person sits at a screen here."""
-    # Without a screen, a browser in text may come up in the terminal.
+    # Without a screen, a text browser may start in the terminal.
     screens = ("DISPLAY", "WAYLAND_DISPLAY")
-    seen = sys.platform in {"darwin", "win32"} or any(map(os.environ.get, screens))
-    if seen and sys.stdout and sys.stdout.isatty():
+    screen = sys.platform in {"darwin", "win32"} or any(map(os.environ.get, screens))
+    if screen and sys.stdout and sys.stdout.isatty():
         webbrowser.open(address)

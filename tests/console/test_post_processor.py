@@ -6,20 +6,20 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from drake_mobman.console.finisher import Finisher
+from drake_mobman.console.post_processor import PostProcessor
 
 PATIENCE = 60.0
 """Of a test that waits for what is to happen at once [s]."""
 
 
-def heard(finisher):
-    """Waits until it has been told of all folders; returns those that failed."""
+def finished(processor):
+    """Waits until it has answered for all folders; returns those that failed."""
     end = time.monotonic() + PATIENCE
-    while finisher.works:
+    while processor.busy:
         assert time.monotonic() < end
         time.sleep(0.01)
-        finisher.hear()
-    return finisher.failed
+        processor.poll()
+    return processor.failed
 
 
 def children():
@@ -31,21 +31,21 @@ def children():
     return found
 
 
-def test_finisher_that_is_killed_fails_what_it_was_given_and_another_takes_over(
+def test_process_that_is_killed_fails_what_it_was_given_and_another_takes_over(
     tmp_path,
 ):
-    finisher, before = Finisher(), children()
+    processor, before = PostProcessor(), children()
     for name in ("one", "two"):
-        finisher.give(tmp_path / name, 1.0, "")
+        processor.submit(tmp_path / name, 1.0, "")
     (pid,) = children() - before
     os.kill(pid, signal.SIGKILL)
-    assert heard(finisher) == [
+    assert finished(processor) == [
         f"{tmp_path}/{name}: recorded, but not completed: its process ended with "
         "status -9"
         for name in ("one", "two")
     ]
-    finisher.give(tmp_path / "\udcff\n{}", 1.0, "")
-    last = heard(finisher)[-1]
+    processor.submit(tmp_path / "\udcff\n{}", 1.0, "")
+    last = finished(processor)[-1]
     assert last.startswith(f"{tmp_path}/\udcff\n{{}}: recorded, but not completed: ")
     assert "FileNotFoundError" in last
     end = time.monotonic() + PATIENCE
@@ -54,12 +54,12 @@ def test_finisher_that_is_killed_fails_what_it_was_given_and_another_takes_over(
         time.sleep(0.01)
 
 
-def test_process_that_cannot_be_had_is_told_of(tmp_path, monkeypatch):
+def test_process_that_cannot_be_had_is_reported(tmp_path, monkeypatch):
     def none_left(*_args, **_options):
         raise OSError(24, "Too many open files")
 
     monkeypatch.setattr("subprocess.Popen", none_left)
-    finisher = Finisher()
-    finisher.give(tmp_path, 1.0, "")
-    (line,) = heard(finisher)
+    processor = PostProcessor()
+    processor.submit(tmp_path, 1.0, "")
+    (line,) = finished(processor)
     assert line.endswith("not completed: [Errno 24] Too many open files")
