@@ -77,8 +77,9 @@ class Hand:
     # the Franka arm weighs 0.43 kg at least, in any posture and direction.
     damping: float = 80.0  # Force per velocity of the tool from the hand's [Ns/m].
     max_force: float = 60.0  # Largest, in whichever direction [N].
+    # Where it is to be when.
     path: list[Waypoint] = dc.field(default_factory=lambda: [Waypoint()])
-    releases: list[Release] = dc.field(default_factory=list)
+    releases: list[Release] = dc.field(default_factory=list)  # When it lets go.
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can pull, and times are in order."""

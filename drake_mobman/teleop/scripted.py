@@ -65,6 +65,7 @@ def _check_segment(segment: Held | Smooth) -> None:
 class Script:
     """Segments one after the other, from time 0 and from rest; then rest."""
 
+    # One after the other.
     segments: list[Held | Smooth] = dc.field(default_factory=list)
     repeat: int = 1  # How many times the segments are gone through.
 

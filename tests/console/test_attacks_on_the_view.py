@@ -327,6 +327,7 @@ def test_viewer_who_does_not_listen_holds_up_nobody(own):
         assert "/world" in seen[0]["poses"]  # Who comes later is told all.
 
 
+@pytest.mark.browser
 @pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 def test_page_says_why_there_is_no_picture_and_shows_it_again_by_itself():
     playwright_api = pytest.importorskip("playwright.sync_api")

@@ -280,6 +280,7 @@ class Wire:
 
 
 @pytest.mark.realtime
+@pytest.mark.browser
 @pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 def test_floor_in_the_browser_stands_still_for_twenty_meters(tmp_path):
     playwright_api = pytest.importorskip("playwright.sync_api")
