@@ -61,7 +61,7 @@ class Case:
 def decomposer(name, make, joints):
     return Case(
         f"{name}, {joints} joints",
-        functools.partial(make, joints=joints),
+        functools.partial(make, num_joints=joints),
         {
             "ee_command": ([0.3, -0.2, 0.1], [-0.1, 0.4, -0.2]),
             "ee_cylindrical": ([1.57, -0.66, 0.1], [0.43, 0.68, 0.3]),

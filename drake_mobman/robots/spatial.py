@@ -4,8 +4,9 @@ import dataclasses as dc
 import math
 from typing import Any
 
-from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS
+from drake_mobman.arm.pseudo_inverse import Damping
 from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import (
