@@ -27,7 +27,7 @@ from playwright.sync_api import sync_playwright
 from drake_mobman.console import session as session_module
 from drake_mobman.console.server import Server, listening
 from drake_mobman.console.session import LiveSession
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

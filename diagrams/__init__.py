@@ -1,44 +1,44 @@
 """How blocks are wired: a module a diagram."""
 
-import textwrap
 from typing import Any
 
 from pydrake.systems.framework import Diagram
 
-from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.scenario import AnyScenario, Guided, ScenarioError
+from drake_mobman.robot_model import RobotSetup
+from drake_mobman.scenario import AnyScenario, Guided, Teleop
 
 from .guided import make_guided_diagram
 from .teleop import make_teleop_diagram
 
+DIAGRAMS: dict[type, Any] = {
+    Teleop: make_teleop_diagram,
+    Guided: make_guided_diagram,
+}
+"""What makes the diagram of each kind of scenario."""
+
 
 def make_diagram(
-    scenario: AnyScenario, *, decomposer: Any = None, logged: bool = True
+    scenario: AnyScenario,
+    setup: RobotSetup | None = None,
+    *,
+    decomposer: Any = None,
+    logged: bool = True,
 ) -> Diagram:
     """Returns the diagram of a scenario, whichever it is.
 
-    Raises:
-        ValueError: if a decomposer is given where nobody commands the hand.
-    """
-    if isinstance(scenario, Guided):
-        if decomposer is not None:
-            raise ValueError("a guided scenario has no decomposer to replace")
-        return make_guided_diagram(scenario, logged=logged)
-    return make_teleop_diagram(scenario, decomposer=decomposer, logged=logged)
-
-
-def check_buildable(scenario: AnyScenario) -> None:
-    """Finds out, before anything is run or written, whether the diagram can be built.
+    Args:
+        scenario: checked, as `load_scenario` returns it.
+        setup: of its robot, `scenario.setup()` unless given.
+        decomposer: a block to use instead of the scenario's, with the same ports.
+        logged: whether every signal is logged each period, for `simulation.log`.
 
     Raises:
         ParameterError: where a block cannot work with its parameters.
-        ScenarioError: says in one line what Drake cannot work with.
+        ValueError: if a decomposer is given where there is none to replace.
     """
-    try:
-        make_diagram(scenario, logged=False)
-    except ParameterError:
-        raise
-    except (RuntimeError, ValueError, ArithmeticError, SystemExit) as error:
-        # The latter is what pydrake makes of a condition that Drake takes for granted.
-        reason = textwrap.shorten(str(error), 200, placeholder=" ...")
-        raise ScenarioError(f"cannot be built; {reason}") from None
+    options = {} if decomposer is None else {"decomposer": decomposer}
+    if options and not hasattr(scenario, "decomposer"):
+        raise ValueError("a guided scenario has no decomposer to replace")
+    make = DIAGRAMS[type(scenario)]
+    diagram: Diagram = make(scenario, setup, logged=logged, **options)
+    return diagram

@@ -6,24 +6,25 @@ leads it through the gate, and may choose between fields; where the gate stops t
 which then holds the tool where it is, the base stops too.
 """
 
+from typing import Any
+
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_mobman.base.smoother import CommandSmoother
-from drake_mobman.base.velocity_field import VelocityFieldController
 from drake_mobman.guidance.guiding_hand import GuidingHand
 from drake_mobman.guidance.tool_sensor import ToolSensor
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.robots.robot import make_robot
-from drake_mobman.scenario.scenario import Guided
+from drake_mobman.robot_model import RobotSetup
+from drake_mobman.scenario import Guided
 from drake_mobman.teleop.drag import Draggable
 from drake_mobman.teleop.led_hand import LedHand
 
 from .choice import make_choice
-from .operator import add_operator, operator_of
-from .wiring import build_and_export, connect_by_name, maybe_compiled, outputs
+from .operator import add_operator
+from .wiring import build_and_export, connect_by_name, outputs
 
 
-def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
+def make_guided_diagram(
+    scenario: Guided, setup: RobotSetup | None = None, *, logged: bool = True
+) -> Diagram:
     """Returns the whole loop, from the guiding hand to the base that follows.
 
     .. pydrake_system::
@@ -46,58 +47,55 @@ def make_guided_diagram(scenario: Guided, *, logged: bool = True) -> Diagram:
         - base_velocity
         - arm_position
         - arm_velocity
-        - workspace
+        - ee_cylindrical
         - p_BT
 
     Args:
         scenario: checked, as `load_scenario` returns it.
-        logged: whether every signal is logged each period; `runs.log` reads the logs.
+        setup: of its robot, `scenario.setup()` unless given.
+        logged: whether every signal is logged each period, for `simulation.log`.
 
     Raises:
         ParameterError: where a block cannot work with its parameters.
     """
     scenario = scenario.in_whole_steps()
-    model = RobotModel(scenario.robot)
-    period = scenario.period
-    start = scenario.start_position(model)
+    setup = setup or scenario.setup()
+    model, period = setup.model, scenario.period
+    source = scenario.source.build(period)
     builder = DiagramBuilder()
-    add = builder.AddNamedSystem
-
-    operator = operator_of(scenario)
-    wanted = maybe_compiled(scenario)
-    if operator:
-        hand = add("hand", LedHand(scenario.hand, scenario.drag, model, period))
-    else:
-        tool = model.plant.GetBodyByName("tool").index()
-        pulling = GuidingHand(scenario.hand, period, tool, maybe_compiled=wanted)
-        hand = add("hand", pulling)
-    sensor = add("tool_sensor", ToolSensor(model))
-    reach = scenario.robot.reach()
-    fields = [
-        wanted(VelocityFieldController(one, reach, model.limits))
-        for one in (scenario.controllers if operator else [scenario.field])
+    systems = [
+        builder.AddNamedSystem(name, block)
+        for name, block in {
+            "hand": _hand(scenario, setup, led=source is not None),
+            "tool_sensor": ToolSensor(model),
+            "field": _field(scenario, setup, choice=source is not None),
+            "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
+            # Last: blocks are updated in order, and Python that runs on is quicker.
+            "robot": scenario.build_robot(setup),
+        }.items()
     ]
-    chosen = (
-        make_choice(fields, scenario.transition, period) if fields[1:] else fields[0]
-    )
-    field = add("field", chosen)
-    smoother = add("smoother", wanted(CommandSmoother(scenario.smoother, period)))
-    # Last: blocks are updated in order, and Python that runs on is quicker.
-    robot = add(
-        "robot",
-        make_robot(
-            scenario.robot,
-            start,
-            period,
-            scenario.fidelity,
-            free_arm=True,
-            maybe_compiled=wanted,
-        ),
-    )
-    systems = [hand, robot, sensor, field, smoother]
     ports = outputs(systems)
-    if operator:
+    if source is not None:
         arm = Draggable(frozenset(model.arm_bodies.values()), scenario.drag)
-        ports = add_operator(builder, scenario, operator, ports, arm)
+        ports = add_operator(builder, scenario, source, ports, arm)
     connect_by_name(builder, ports, systems)
     return build_and_export(builder, "guided", ports, period, logged=logged)
+
+
+def _hand(scenario: Guided, setup: RobotSetup, *, led: bool) -> Any:
+    """Returns the hand, which an operator leads, or which goes along its path."""
+    if led:
+        return LedHand(scenario.hand, scenario.drag, setup.model, setup.period)
+    tool = setup.model.plant.GetBodyByName("tool").index()
+    return GuidingHand(
+        scenario.hand, setup.period, tool, maybe_compiled=setup.maybe_compiled
+    )
+
+
+def _field(scenario: Guided, setup: RobotSetup, *, choice: bool) -> Any:
+    """Returns the scenario's base controller, or with a choice all that may drive."""
+    params = scenario.controllers if choice else [scenario.field]
+    blocks = [setup.maybe_compiled(one.build(setup)) for one in params]
+    if not blocks[1:]:
+        return blocks[0]
+    return make_choice(blocks, scenario.transition, setup.period)

@@ -1,22 +1,16 @@
 """One name is one signal: whoever puts it out feeds all who take it."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 
 from drake_mobman import signals
-from drake_mobman.compiled import compiled
-from drake_mobman.scenario.scenario import Scenario
-from drake_mobman.simulation.log import log_signals
+
+from .signal_log import log_signals
 
 Ports = dict[str, Any]
 """Output ports by the name of the signal that they put out."""
-
-
-def maybe_compiled(scenario: Scenario) -> Callable[[Any], Any]:
-    """Returns what makes of a block the one that goes into the scenario's diagram."""
-    return compiled if scenario.compiled else lambda block: block
 
 
 def outputs(systems: Sequence[Any]) -> Ports:
@@ -26,6 +20,13 @@ def outputs(systems: Sequence[Any]) -> Ports:
         for system in systems
         for port in map(system.get_output_port, range(system.num_output_ports()))
     }
+
+
+def add_source(builder: DiagramBuilder, source: Any) -> None:
+    """Adds a source; what it takes becomes an input of the diagram."""
+    builder.AddNamedSystem("source", source)
+    for port in map(source.get_input_port, range(source.num_input_ports())):
+        builder.ExportInput(port, port.get_name())
 
 
 def connect_by_name(

@@ -38,7 +38,8 @@ class ParameterError(ValueError):
 
     def below(self, parent: str) -> "ParameterError":
         """Returns the same error as seen from the object that holds `parent`."""
-        key = f"{parent}{self.key}" if self.key[:1] == "[" else f"{parent}.{self.key}"
+        dot = "" if self.key[:1] in {"", "["} else "."
+        key = f"{parent}{dot}{self.key}"
         return ParameterError(key, self.value, self.valid)
 
 

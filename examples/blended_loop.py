@@ -5,6 +5,7 @@ only, and all else here takes `AutoDiffXd`.
 """
 
 from drake_mobman.diagrams.wiring import build_and_export, connect_by_name, outputs
+from drake_mobman.robots.robot import make_robot
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
@@ -13,7 +14,6 @@ from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.planar import Planar
-from drake_mobman.robots.robot import make_robot
 
 PERIOD = 0.01
 """h [s]: of control, and the robot's Euler step."""

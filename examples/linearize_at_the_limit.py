@@ -29,7 +29,8 @@ from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.share import Projection, WorkspaceLimits
+from drake_mobman.decomposers.projection import Projection
+from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.robots.planar import Planar
 
 V_C = 0.3

@@ -24,7 +24,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.share import WorkspaceLimits
+from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.scalars import Scalar, larger
 
 V_C, T = 0.3, 6.0  # The push [m/s], and how long it lasts [s].

@@ -14,14 +14,10 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from drake_mobman.scenario.scenario import (
-    AnyScenario,
-    External,
-    ScenarioError,
-    load_scenario,
-)
+from drake_mobman.scenario import AnyScenario, ScenarioError, load_scenario
 from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.simulation.simulate import simulate
+from drake_mobman.teleop import External
 from drake_mobman.teleop.recorded import Recording
 
 TICKS = 3
@@ -36,7 +32,7 @@ def outcome(case, folder):
         name = folder / name
         name.write_bytes(case["text"].encode("latin-1"))
     try:
-        _, scenario = load_scenario(str(name), case["overrides"])
+        scenario = load_scenario(str(name), case["overrides"])
     except ScenarioError as error:
         line = str(error)
         assert line.isprintable(), line

@@ -25,7 +25,7 @@ from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import KinematicRobot
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.guard import CommandGuard, Guard
 
@@ -39,7 +39,7 @@ PERIOD = 0.01
 
 
 def decomposer(kind, name, *overrides):
-    _, scenario = load_scenario(name, [f"decomposer={kind}", *overrides])
+    scenario = load_scenario(name, [f"decomposer={kind}", *overrides])
     return make_decomposer(scenario, RobotModel(scenario.robot))
 
 
@@ -47,7 +47,7 @@ exact_decomposer = functools.partial(decomposer, "exact")
 
 
 def inverse(robot, by):
-    return ClosedFormInverse(robot.arm(), RobotModel(robot).limits, PERIOD, by)
+    return ClosedFormInverse(robot.arm(), RobotModel(robot).joint_limits, PERIOD, by)
 
 
 BLOCKS = {
@@ -55,7 +55,7 @@ BLOCKS = {
     "pass-through": lambda: CommandSmoother(Smoother(enabled=False), PERIOD),
     "field": lambda: VelocityFieldController(VelocityField(), FrankaTiago().reach()),
     "field of an arm with ends": lambda: VelocityFieldController(
-        VelocityField(), Planar().reach(), RobotModel(Planar()).limits
+        VelocityField(), Planar().reach(), RobotModel(Planar()).joint_limits
     ),
     "field, decomposed": lambda: decomposer("velocityfield", "kwon_1"),
     "blending": lambda: BlendingDecomposer(Blending()),
@@ -162,7 +162,7 @@ def test_states_go_the_same_way_under_a_held_input(name):
 
 def test_block_that_asks_a_multibody_plant_is_left_as_it_is():
     arm = FrankaTiago().arm()
-    block = DampedInverse(arm, RobotModel(FrankaTiago()).limits, PERIOD)
+    block = DampedInverse(arm, RobotModel(FrankaTiago()).joint_limits, PERIOD)
     assert compiled(block) is block
 
 
@@ -170,17 +170,17 @@ def test_block_that_asks_a_multibody_plant_is_left_as_it_is():
 @pytest.mark.parametrize("decomposer", ["blending", "switching", "exact"])
 def test_compiled_scenario_gives_the_same_log_to_rounding(name, decomposer):
     overrides = [f"decomposer={decomposer}"]
-    plain = simulate(load_scenario(name, overrides)[1]).log
-    quick = simulate(load_scenario(name, [*overrides, "compiled=true"])[1]).log
+    plain = simulate(load_scenario(name, overrides)).log
+    quick = simulate(load_scenario(name, [*overrides, "compiled=true"])).log
     assert plain.keys() == quick.keys()
     for signal, values in plain.items():
         np.testing.assert_allclose(quick[signal], values, rtol=0, atol=DRIFT)
 
 
 def test_compiled_guided_run_gives_the_same_log_to_rounding():
-    plain = simulate(load_scenario("petric_guided", ["duration=8"])[1]).log
+    plain = simulate(load_scenario("petric_guided", ["duration=8"])).log
     overrides = ["duration=8", "compiled=true"]
-    quick = simulate(load_scenario("petric_guided", overrides)[1]).log
+    quick = simulate(load_scenario("petric_guided", overrides)).log
     for signal, values in plain.items():
         # Forces and jerks of a stiff hand magnify what positions are off by.
         np.testing.assert_allclose(quick[signal], values, rtol=0, atol=1e-6)

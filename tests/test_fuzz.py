@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.scenario.scenario import AnyScenario, load_scenario, scenario_paths
+from drake_mobman.scenario import AnyScenario, load_scenario, scenario_paths
 
 PATIENCE = 60.0
 """How long a case may take [s]: on a busy machine, the longest takes ten."""
@@ -29,7 +29,7 @@ PATIENCE = 60.0
 ENOUGH = 250
 """Cases that a process tries: each leaves some megabytes of Drake's behind."""
 
-SCENARIOS = {name: type(load_scenario(name)[1]) for name in scenario_paths()}
+SCENARIOS = {name: type(load_scenario(name)) for name in scenario_paths()}
 
 
 # A process that tries cases.

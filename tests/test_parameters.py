@@ -19,7 +19,7 @@ from drake_mobman.parameters import (
     positive,
 )
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import Teleop
+from drake_mobman.scenario import Teleop
 from drake_mobman.teleop.scripted import Held, Script, Smooth
 
 NOT_FINITE = st.sampled_from([math.nan, math.inf, -math.inf])

@@ -23,7 +23,7 @@ from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo, make_servo_robot
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.choice import Handover, next_handover
 from drake_mobman.teleop.guard import CommandGuard, Guard, GuardStatus, braked
@@ -88,7 +88,7 @@ def test_held_commands_last_as_many_ticks_as_their_durations_say(
 def test_a_tenth_and_two_tenths_of_a_second_are_30_ticks():
     segments = "source.segments=[!Held {duration: 0.1, v_c: 0.1}, !Held {duration: 0.2"
     script = segments + ", v_c: 0.2}]"
-    log = simulate(load_scenario("kwon_1", [script, "duration=1", "start.l=1"])[1]).log
+    log = simulate(load_scenario("kwon_1", [script, "duration=1", "start.l=1"])).log
     assert log["ee_command"][:, 0].tolist() == [0.1] * 10 + [0.2] * 20 + [0.0] * 71
 
 
@@ -119,7 +119,7 @@ def test_smooth_commands_up_to_the_very_limit_are_never_refused(limit):
 @pytest.mark.parametrize("duration", [0.1, 0.3, 0.6, 0.7, 1.1, 1.4, 2.3, 0.29, 0.57])
 def test_run_ends_with_the_sample_at_its_duration(duration):
     overrides = [f"duration={duration}", "start.l=1"]
-    log = simulate(load_scenario("kwon_1", overrides)[1]).log
+    log = simulate(load_scenario("kwon_1", overrides)).log
     assert len(log["time"]) == round(100 * duration) + 1
     assert log["time"][-1] == pytest.approx(duration)
 
@@ -127,7 +127,7 @@ def test_run_ends_with_the_sample_at_its_duration(duration):
 def test_run_of_a_single_period_is_long_enough_whatever_rounding_makes_of_it():
     assert 0.15 < 3 * 0.05
     overrides = ["duration=0.15", f"period={3 * 0.05}", "start.l=1"]
-    log = simulate(load_scenario("kwon_1", overrides)[1]).log
+    log = simulate(load_scenario("kwon_1", overrides)).log
     assert len(log["time"]) == 2
 
 
@@ -220,7 +220,7 @@ class Straight(LeafSystem):
 )
 def test_base_goes_as_far_in_each_period_at_any_period_and_step(period, step):
     overrides = [f"fidelity=!Servo {{step: {step}}}", f"period={period}"]
-    scenario = load_scenario("kwon_1", [*overrides, "duration=4", "start.l=1"])[1]
+    scenario = load_scenario("kwon_1", [*overrides, "duration=4", "start.l=1"])
     run = simulate(scenario, decomposer=Straight)
     assert run.died == ""
     way = np.diff(run.log["base_pose"][:, 0])[2:] / period

@@ -7,12 +7,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from drake_mobman.analysis.metrics import metrics
-from drake_mobman.diagrams.teleop import make_decomposer
 from drake_mobman.figures.comparison import draw_comparison
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.defaults import default_of
-from drake_mobman.scenario.scenario import AnyScenario, ScenarioError, Teleop
+from drake_mobman.scenario import AnyScenario, ScenarioError, Teleop
 from drake_mobman.scenario.schema import dump_typed
 from drake_mobman.simulation.log import head
 from drake_mobman.simulation.output_folder import OutputFolder
@@ -80,14 +78,13 @@ def with_each(
     if not isinstance(scenario, Teleop):
         tag = type(scenario).__name__
         raise ScenarioError(f"!{tag} has no command to decompose; must be !Teleop")
-    model = RobotModel(scenario.robot)
     variants = {}
     for name, kind in decomposers.items():
         try:
             params = _like(scenario.decomposer, default_of(scenario.robot, kind))
             # A recorded operator has no other to choose.
             variant = dc.replace(scenario, decomposer=params, alternatives=[])
-            make_decomposer(checked(variant), model)
+            checked(variant)
         except ParameterError as error:
             raise ScenarioError(f"with decomposer={name}: {error}") from None
         variants[name] = variant

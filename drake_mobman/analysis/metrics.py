@@ -16,8 +16,7 @@ from drake_mobman.analysis.motion import (
     holding,
     manipulability,
 )
-from drake_mobman.decomposers.share import WorkspaceLimits
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, WorkspaceLimits
 from drake_mobman.simulation.log import Log, windows
 from drake_mobman.simulation.simulate import Run
 
@@ -212,7 +211,7 @@ class _Flips:
 
 def joint_margin(run: Run) -> float:
     """Returns how near a joint of the arm came to a limit [rad]; below 0, past it."""
-    limits = RobotModel(run.scenario.robot).limits
+    limits = RobotModel(run.scenario.robot).joint_limits
     q = run.log[signals.ARM_POSITION]
     return float(min(np.min(q - limits.lower), np.min(limits.upper - q)))
 

@@ -14,7 +14,7 @@ from drake_mobman.guidance.guiding_hand import holds
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
 from drake_mobman.robots.end_effector import EndEffectorStates, ee_states
 from drake_mobman.robots.kinematic import Kinematic
-from drake_mobman.scenario.scenario import Guided
+from drake_mobman.scenario import Guided
 from drake_mobman.simulation.log import Log
 from drake_mobman.simulation.simulate import Run
 

@@ -7,10 +7,10 @@ import dataclasses as dc
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
+from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.blocks import scalar_block
 from drake_mobman.parameters import (
     ACCELERATION,
     SPEED,
@@ -21,6 +21,7 @@ from drake_mobman.parameters import (
     checked_period,
     within,
 )
+from drake_mobman.robot_model import BaseLimits, RobotSetup
 from drake_mobman.scalars import (
     Scalar,
     finite_or_zero,
@@ -32,9 +33,8 @@ from drake_mobman.scalars import (
 
 @dc.dataclass
 class Smoother:
-    """What the platform can follow."""
+    """How the base takes on a command; the platform's own limits may be wider."""
 
-    enabled: bool = True  # If false, a command passes as it is, if it is finite.
     smoothing: float = 0.2  # alpha: share of the new command taken each period, (0, 1].
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
     max_acceleration: float = 1.0  # [m/s^2].
@@ -49,9 +49,22 @@ class Smoother:
         within(self, YAW_RATE, "max_yaw_rate")
         within(self, YAW_ACCELERATION, "max_yaw_acceleration")
 
+    def limits(self) -> BaseLimits:
+        """Returns the limits that a smoothed base keeps to."""
+        return BaseLimits(
+            self.max_speed,
+            self.max_acceleration,
+            self.max_yaw_rate,
+            self.max_yaw_acceleration,
+        )
+
+    def build(self, setup: RobotSetup) -> "CommandSmoother":
+        """Returns the block for a robot."""
+        return CommandSmoother(self, setup.period)
+
 
 def smoothed(
-    sent: Scalar, raw: Scalar, smoothing: float, step: float, limit: float
+    last: Scalar, raw: Scalar, smoothing: float, step: float, limit: float
 ) -> Scalar:
     """Returns the next command sent, one component of it.
 
@@ -63,88 +76,75 @@ def smoothed(
     raw command that is not finite is a stop too.
 
     Args:
-        sent: command last sent, u_{k-1}.
-        raw: what the controller asks for now.
+        last: command last sent, u_{k-1}.
+        raw: what the controller wants now.
         smoothing: alpha, in (0, 1].
         step: largest change in a period.
         limit: largest magnitude.
     """
     raw = finite_or_zero(raw)
     # At rest the filter counts, so that the law is linearised there with it.
-    stops = where(raw == 0, where(sent == 0, 0.0, 1.0), 0.0)
-    filtered = sent + saturated(smoothing * (raw - sent), step)
-    return saturated(where(stops > 0, nearer_to_rest(sent, step), filtered), limit)
+    stops = where(raw == 0, where(last == 0, 0.0, 1.0), 0.0)
+    filtered = last + saturated(smoothing * (raw - last), step)
+    return saturated(where(stops > 0, nearer_to_rest(last, step), filtered), limit)
 
 
-@TemplateSystem.define("CommandSmoother_")
-def CommandSmoother_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class CommandSmoother(LeafSystem):
+    """Turns a raw base command into one that the platform can follow.
 
-    class Impl(LeafSystem_[T]):
-        """Turns a raw base command into one that the platform can follow.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: CommandSmoother
+        input_ports:
+        - base_command
+        output_ports:
+        - base_command_smoothed
 
-            name: CommandSmoother
-            input_ports:
-            - base_command
-            output_ports:
-            - base_command_smoothed
+    The state is the command last sent (2,).
 
-        Built as `CommandSmoother(params, period)`: a `Smoother` and the control
-        period [s]. The state is the command last sent; without smoothing there is
-        none. Raises `ParameterError` where a parameter is not valid.
-        """
+    Args:
+        params: of the filter and its limits.
+        period: control period [s].
 
-        def _construct(
-            self, params: Smoother, period: float, converter: Any = None
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            self.params = checked(params)
-            self.period = checked_period(period)
-            self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
-            # Not time: what depends on it is worked out twice a period.
-            needs = {self.all_input_ports_ticket(), self.xd_ticket()}
-            self.sent = self.DeclareVectorOutputPort(
-                signals.BASE_COMMAND_SMOOTHED,
-                2,
-                self._calc_sent,
-                prerequisites_of_calc=needs,
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+
+    def __init__(self, params: Smoother, period: float) -> None:
+        self.params = checked(params)
+        self.period = checked_period(period)
+        self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
+        # Not time: what depends on it is worked out twice a period.
+        needs = {self.all_input_ports_ticket(), self.xd_ticket()}
+        self.smoothed = self.DeclareVectorOutputPort(
+            signals.BASE_COMMAND_SMOOTHED,
+            2,
+            self._calc_smoothed,
+            prerequisites_of_calc=needs,
+        )
+        self.DeclareDiscreteState(2)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_smoothed)
+
+    def _calc_smoothed(self, context: Any, output: Any) -> None:
+        raw = self.raw.Eval(context).tolist()
+        p, last = self.params, context.get_discrete_state_vector()
+        steps = p.max_acceleration, p.max_yaw_acceleration
+        limits = p.max_speed, p.max_yaw_rate
+        command = [
+            smoothed(
+                last.GetAtIndex(i),
+                raw[i],
+                p.smoothing,
+                steps[i] * self.period,
+                limits[i],
             )
-            if params.enabled:
-                self.DeclareDiscreteState(2)
-                self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_sent)
+            for i in range(2)
+        ]
+        output.SetFromVector(np.array(command))
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.params, other.period, converter=converter)
-
-        def _calc_sent(self, context: Any, output: Any) -> None:
-            raw = self.raw.Eval(context).tolist()
-            if not self.params.enabled:
-                output.SetFromVector(np.array([finite_or_zero(x) for x in raw]))
-                return
-            p, last = self.params, context.get_discrete_state_vector()
-            steps = p.max_acceleration, p.max_yaw_acceleration
-            limits = p.max_speed, p.max_yaw_rate
-            output.SetFromVector(
-                np.array(
-                    [
-                        smoothed(
-                            last.GetAtIndex(i),
-                            raw[i],
-                            p.smoothing,
-                            steps[i] * self.period,
-                            limits[i],
-                        )
-                        for i in range(2)
-                    ]
-                )
-            )
-
-        def _keep_sent(self, context: Any, state: Any) -> None:
-            state.get_mutable_vector().SetFromVector(self.sent.Eval(context))
-
-    return Impl
+    def _keep_smoothed(self, context: Any, state: Any) -> None:
+        state.get_mutable_vector().SetFromVector(self.smoothed.Eval(context))
 
 
-CommandSmoother = CommandSmoother_[None]
+CommandSmoother_ = CommandSmoother.template

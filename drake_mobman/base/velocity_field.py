@@ -10,8 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from pydrake.math import atan2, cos, sqrt
-from pydrake.systems.framework import LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
+from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.arm.first_joint import (
@@ -21,11 +20,9 @@ from drake_mobman.arm.first_joint import (
     unwound,
 )
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.blocks import scalar_block
 from drake_mobman.parameters import (
     GAIN,
-    LENGTH,
-    OFFSET,
-    REACH,
     YAW_RATE,
     ParameterError,
     Range,
@@ -34,6 +31,7 @@ from drake_mobman.parameters import (
     one_of,
     within,
 )
+from drake_mobman.robot_model import Reach, RobotSetup
 from drake_mobman.scalars import Scalar, smoothstep, where
 
 
@@ -49,26 +47,6 @@ class Zone(enum.IntFlag):
     """The hand is off to one side: the base turns towards it."""
     HELD = 8
     """The arm's first joint is near its end and cannot follow: the base turns less."""
-
-
-@dc.dataclass(frozen=True)
-class Reach:
-    """The arm as the field sees it, told from the robot's model.
-
-    The paper's centre c = (0, 0, l_0) stands on B's z axis. Where the shoulder stands
-    off it, so does c; phi stays the bearing of T from B, about which the base
-    turns. Taken from c, it would have the base circle round a hand between the two.
-    """
-
-    l_0: float  # Height of the shoulder above the floor [m].
-    r_f: float  # Largest distance of T from the shoulder, l_1 + l_2 [m].
-    ahead: float = 0.0  # Of the shoulder from B's z axis, forward [m].
-    aside: float = 0.0  # The same to the left [m].
-
-    def check(self) -> None:
-        """Raises `ParameterError` unless the arm reaches anywhere."""
-        within(self, OFFSET, "l_0", "ahead")
-        within(self, Range(LENGTH.low, REACH.high, "m"), "r_f")
 
 
 @dc.dataclass
@@ -108,6 +86,30 @@ class VelocityField:
         within(self, Range(1e-3, 10.0, "m"), "Delta_f", "Delta_r", "b_d")
         within(self, Range(0.0, math.pi, "rad"), "phi_min", "phi_max")
         in_order(self, "phi_min", "phi_max")
+
+    def check_reach(self, reach: Reach) -> None:
+        """Raises `ParameterError` unless the field fits an arm of this reach."""
+        check_zones(self, reach)
+
+    def build(self, setup: RobotSetup) -> "VelocityFieldController":
+        """Returns the block for a robot."""
+        return VelocityFieldController(self, setup.reach, setup.joint_limits)
+
+    def command(
+        self, p_BT: Any, reach: Reach, joint: FirstJoint | None
+    ) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns v [m/s], omega [rad/s], and 1 where the first joint holds the base.
+
+        Args:
+            p_BT: position of T in B (3,) [m].
+            reach: of the arm.
+            joint: the arm's first; None where it turns on and on.
+        """
+        v, omega = field_velocity(p_BT, self, reach, joint)
+        if joint is None:
+            return v, omega, 0.0 * v
+        zone = field_zone(p_BT, self, reach, joint)
+        return v, omega, where(zone >= float(Zone.HELD), 1.0, 0.0 * v)
 
 
 def check_zones(params: VelocityField, reach: Reach) -> None:
@@ -243,72 +245,63 @@ def field_on(points: Any, params: VelocityField, reach: Reach) -> tuple[Any, Any
     return v, omega, zone.astype(int)
 
 
-@TemplateSystem.define("VelocityFieldController_")
-def VelocityFieldController_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class VelocityFieldController(LeafSystem):
+    """Drives the base by where the end effector is, and by nothing else.
 
-    class Impl(LeafSystem_[T]):
-        """Drives the base by where the hand is, and by nothing else.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: VelocityFieldController
+        input_ports:
+        - p_BT
+        - arm_position (only where joint limits are given)
+        output_ports:
+        - base_command
+        - field_zone
 
-            name: VelocityFieldController
-            input_ports:
-            - p_BT
-            - arm_position (only where joint limits are given)
-            output_ports:
-            - base_command
-            - field_zone
+    Args:
+        params: of the field.
+        reach: of the arm.
+        joint_limits: of the arm; None where it turns on and on about its shoulder.
 
-        Built as `VelocityFieldController(params, reach, limits=None)`: a
-        `VelocityField`, the arm's `Reach`, and its `JointLimits`, or None for an arm
-        that turns on and on about its shoulder. Raises `ParameterError` where a
-        parameter is not valid, or the two zones leave nothing between them.
-        """
+    Raises:
+        ParameterError: where a parameter is not valid, or the two zones leave nothing
+            between them.
+    """
 
-        def _construct(
-            self,
-            params: VelocityField,
-            reach: Reach,
-            limits: JointLimits | None = None,
-            converter: Any = None,
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            self.params = checked(params)
-            self.reach = checked(reach)
-            self.limits = limits
-            check_zones(params, reach)
-            self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
-            if limits is not None:
-                n = len(limits.lower)
-                self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
-            needs = {self.all_input_ports_ticket()}
-            self.DeclareVectorOutputPort(
-                signals.BASE_COMMAND, 2, self._calc_base, prerequisites_of_calc=needs
-            )
-            self.DeclareVectorOutputPort(
-                signals.FIELD_ZONE, 1, self._calc_zone, prerequisites_of_calc=needs
-            )
+    def __init__(
+        self,
+        params: VelocityField,
+        reach: Reach,
+        joint_limits: JointLimits | None = None,
+    ) -> None:
+        self.params, self.reach = checked(params), checked(reach)
+        self.joint_limits = joint_limits
+        check_zones(params, reach)
+        self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
+        if joint_limits is not None:
+            n = len(joint_limits.lower)
+            self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
+        needs = {self.all_input_ports_ticket()}
+        self.DeclareVectorOutputPort(
+            signals.BASE_COMMAND, 2, self._calc_base, prerequisites_of_calc=needs
+        )
+        self.DeclareVectorOutputPort(
+            signals.FIELD_ZONE, 1, self._calc_zone, prerequisites_of_calc=needs
+        )
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(
-                self, other.params, other.reach, other.limits, converter=converter
-            )
+    def _at(self, context: Any) -> tuple[Any, VelocityField, Reach, FirstJoint | None]:
+        joint = None
+        if self.joint_limits is not None:
+            q = self.position.Eval(context).tolist()
+            joint = first_joint(q, self.joint_limits)
+        return self.p_BT.Eval(context).tolist(), self.params, self.reach, joint
 
-        def _told(self, context: Any) -> tuple[Any, VelocityField, Reach, Any]:
-            joint = None
-            if self.limits is not None:
-                q = self.position.Eval(context).tolist()
-                joint = first_joint(q, self.limits)
-            return self.p_BT.Eval(context).tolist(), self.params, self.reach, joint
+    def _calc_base(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array(field_velocity(*self._at(context))))
 
-        def _calc_base(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array(field_velocity(*self._told(context))))
-
-        def _calc_zone(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array([field_zone(*self._told(context))]))
-
-    return Impl
+    def _calc_zone(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array([field_zone(*self._at(context))]))
 
 
-VelocityFieldController = VelocityFieldController_[None]
+VelocityFieldController_ = VelocityFieldController.template

@@ -37,13 +37,9 @@ from drake_mobman.benchmarking.real_time import (
     real_time_factors,
     threading_ratios,
 )
-from drake_mobman.scenario.scenario import (
-    AnyScenario,
-    External,
-    load_scenario,
-    scenario_paths,
-)
+from drake_mobman.scenario import AnyScenario, load_scenario, scenario_paths
 from drake_mobman.simulation.simulate import Run
+from drake_mobman.teleop import External
 from drake_mobman.teleop.live import Operator
 
 Cost = dict[str, Any]
@@ -186,7 +182,7 @@ def bench(
     used, passed = time.process_time() - begun[0], time.perf_counter() - begun[1]
     factors = {}
     for name in scenario_paths():
-        _, other = load_scenario(name)
+        other = load_scenario(name)
         if not isinstance(getattr(other, "source", None), External | Operator):
             tell(f"real-time factor of {name}")
             taken = real_time_factors(other, turns, _STRETCH)

@@ -24,15 +24,8 @@ from pydrake.systems.primitives import PassThrough
 from drake_mobman import signals
 from drake_mobman.analysis.compare import decomposers_by_name, with_each
 from drake_mobman.compiled import compiled
-from drake_mobman.decomposers.arm_compensation import LEAST_REACH, arm_compensation
-from drake_mobman.decomposers.blending import BlendingDecomposer, blending_shares
-from drake_mobman.decomposers.exact import (
-    ExactDecomposer,
-    exact_arm,
-    exact_base,
-    exact_base_command,
-)
-from drake_mobman.decomposers.field import FieldDecomposer, field_base
+from drake_mobman.decomposers import build_decomposer
+from drake_mobman.decomposers.arm_compensation import LEAST_REACH
 from drake_mobman.decomposers.optimization import OptimizationDecomposer
 from drake_mobman.decomposers.qp import (
     BoxQp,
@@ -41,11 +34,7 @@ from drake_mobman.decomposers.qp import (
     QpProgram,
     decomposition_qp,
 )
-from drake_mobman.decomposers.share import base_speed
-from drake_mobman.decomposers.switching import SwitchingDecomposer, switching_shares
-from drake_mobman.diagrams.teleop import make_decomposer
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import AnyScenario, ScenarioError
+from drake_mobman.scenario import AnyScenario, ScenarioError
 from drake_mobman.simulation.simulate import Run
 
 LAW, BLOCK, COMPILED, SOLVER = LEVELS = ("law", "block", "compiled", "solver")
@@ -254,66 +243,6 @@ def installed_solvers() -> list[str]:
 # Who competes.
 
 
-def bare_law(block: Any) -> Callable[..., Any] | None:
-    """Returns a decomposer's law as a function of the four signals, if it has one.
-
-    What it returns are the numbers of `base_command` and `arm_command`.
-    """
-    if isinstance(block, BlendingDecomposer):
-        return _by_shares(block, blending_shares)
-    if isinstance(block, SwitchingDecomposer):
-        return _by_shares(block, switching_shares)
-    if isinstance(block, FieldDecomposer):
-        return _by_field(block)
-    if isinstance(block, ExactDecomposer):
-        return _exact(block)
-    return None
-
-
-def _by_shares(block: Any, shares: Callable[..., Any]) -> Callable[..., Any]:
-    params, limits, projection = block.params, block.limits, block.projection
-
-    def law(command: Any, workspace: Any, _q: Any, _sent: Any) -> Any:
-        mu, nu = shares(params, limits, command, workspace)
-        v_c, omega_c, v_z = command
-        v_bm, omega_b = mu * v_c, nu * omega_c
-        v_b = base_speed(v_bm, workspace[1], projection)
-        return v_b, omega_b, v_c - v_bm, omega_c - omega_b, v_z
-
-    return law
-
-
-def _by_field(block: Any) -> Callable[..., Any]:
-    params, reach, arm = block.params, block.reach, block.arm
-
-    def law(command: Any, workspace: Any, q: Any, sent: Any) -> Any:
-        base = field_base(q, params, reach, arm, block.limiter)[:2]
-        return *base, *arm_compensation(command, workspace, sent, arm.p_BS)
-
-    return law
-
-
-def _exact(block: Any) -> Callable[..., Any]:
-    params, limits, limiter = block.params, block.limits, block.limiter
-
-    def law(command: Any, workspace: Any, q: Any, sent: Any) -> Any:
-        told = command, workspace, q
-        course = exact_base_command(*told, params, limits, limiter)
-        return *course.base, *exact_arm(*told, sent, course, limiter)[0]
-
-    return law
-
-
-def _without_limits(block: Any) -> Callable[..., Any]:
-    params, limits, p_BS = block.params, block.limits, block.limiter.arm.p_BS
-
-    def law(command: Any, workspace: Any, _q: Any, sent: Any) -> Any:
-        base = exact_base(command, workspace, params, limits, p_BS)
-        return *base, *arm_compensation(command, workspace, sent, p_BS)
-
-    return law
-
-
 def _programs(block: QpDecomposer) -> dict[str, Any]:
     """Returns what may solve a decomposer's program, by name."""
     size, params = len(block.largest), block.params
@@ -357,7 +286,6 @@ def benchmark_cases(scenario: AnyScenario) -> tuple[Contenders, list[str]]:
         ScenarioError: where nobody commands the hand.
     """
     with_each(scenario, {})
-    model = RobotModel(scenario.robot)
     entered: Contenders = {level: {} for level in LEVELS}
     missing = [
         f"{solver}, which pip install 'drake_mobman[bench]' brings"
@@ -370,15 +298,17 @@ def benchmark_cases(scenario: AnyScenario) -> tuple[Contenders, list[str]]:
         except ScenarioError as error:
             missing.append(str(error))
             continue
-        makers = _variants(name, functools.partial(make_decomposer, variant, model))
+        makers = _variants(name, functools.partial(
+            build_decomposer, variant.decomposer, variant.setup()
+        ))
         for full_name, make in makers.items():
             at = _at_each_level(make)
             for level, contender in at.items():
                 stays = level == COMPILED and contender is at[BLOCK]
                 label = f"{full_name}, in Python" if stays else full_name
                 entered[level][label] = contender
-            if isinstance(block := make(), ExactDecomposer):
-                unlimited = Law(_without_limits(block))
+            if hasattr(block := make(), "law_without_limits"):
+                unlimited = Law(block.law_without_limits)
                 entered[LAW][f"{full_name}, without limits"] = unlimited
     nothing = Block(_idle_block(scenario.robot.arm().num_joints))
     entered[BLOCK][NOTHING] = entered[COMPILED][NOTHING] = nothing
@@ -404,9 +334,8 @@ def _idle_block(joints: int) -> Any:
 def _at_each_level(make: Callable[[], Any]) -> dict[str, BenchmarkCase]:
     levels: dict[str, BenchmarkCase] = {}
     block = make()
-    law = bare_law(block)
-    if law:
-        levels[LAW] = Law(law)
+    if hasattr(block, "law"):
+        levels[LAW] = Law(block.law)
     elif isinstance(block, OptimizationDecomposer):
         levels[LAW] = Solution(block)
     levels[BLOCK] = Block(make())

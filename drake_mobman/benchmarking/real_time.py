@@ -8,8 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pydrake.systems.analysis import Simulator
 
 from drake_mobman.diagrams import make_diagram
-from drake_mobman.robots.servo import Servo, ServoRobot
-from drake_mobman.scenario.scenario import AnyScenario, Guided
+from drake_mobman.scenario import AnyScenario
 
 Factors = dict[str, list[float]]
 """A real-time factor for each turn, simulated over wall time, under `python` with all
@@ -49,12 +48,8 @@ def compiled_simulator(scenario: AnyScenario) -> Simulator:
 
 def bare_plant(scenario: AnyScenario) -> Simulator | None:
     """Returns a simulator of the scenario's plant alone, if it steps one."""
-    if not isinstance(scenario.fidelity, Servo):
-        return None
-    guided = isinstance(scenario, Guided)
-    return Simulator(
-        ServoRobot(scenario.robot, scenario.fidelity, free_arm=guided).plant
-    )
+    plant = scenario.bare_plant()
+    return plant and Simulator(plant)
 
 
 def follow(bare: Simulator, whole: Simulator) -> None:

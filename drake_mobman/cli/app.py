@@ -59,12 +59,12 @@ def refuse(message: object) -> NoReturn:
 @app.command("list")
 def list_() -> None:
     """Lists the scenarios with a line each."""
-    from drake_mobman.scenario.scenario import load_scenario, scenario_paths
+    from drake_mobman.scenario import load_scenario, scenario_paths
 
     paths = scenario_paths()
     width = max(map(len, paths))
     for name in paths:
-        say(f"{name:{width}}  {load_scenario(name)[1].description}")
+        say(f"{name:{width}}  {load_scenario(name).description}")
 
 
 @app.command()
@@ -157,11 +157,13 @@ def load_all(
 
 def load_runnable(given: str, overrides: list[str]) -> tuple[str, Any]:
     """Returns a scenario's name, and the scenario, or refuses."""
-    from drake_mobman.scenario.scenario import External, ScenarioError, load_scenario
+    from drake_mobman.scenario import ScenarioError, load_scenario
+    from drake_mobman.teleop import External
     from drake_mobman.teleop.live import Operator
 
     try:
-        name, scenario = load_scenario(given, overrides)
+        scenario = load_scenario(given, overrides)
+        name = scenario.name
     except ScenarioError as error:
         refuse(error)
     source = getattr(scenario, "source", None)
@@ -188,7 +190,7 @@ def compare(
     with Stop() as stop:
         from drake_mobman.analysis.compare import chosen_decomposers, with_each
         from drake_mobman.parameters import ParameterError
-        from drake_mobman.scenario.scenario import ScenarioError
+        from drake_mobman.scenario import ScenarioError
         from drake_mobman.simulation.run_folder import COMPARISON
 
         try:
@@ -291,7 +293,7 @@ def bench_one(
     from drake_mobman.benchmarking.bench import bench as timed
     from drake_mobman.benchmarking.bench import report
     from drake_mobman.parameters import ParameterError
-    from drake_mobman.scenario.scenario import ScenarioError
+    from drake_mobman.scenario import ScenarioError
     from drake_mobman.simulation.output_folder import FolderError, new_file
     from drake_mobman.simulation.simulate import simulated
     from drake_mobman.simulation.size import check_room
@@ -357,16 +359,16 @@ def drive(
     # A signal only says that one wants to end; so nothing is cut off, at any moment.
     with Stop() as stop:
         from drake_mobman.console.driving import scenario_file
-        from drake_mobman.scenario.scenario import ScenarioError, load_scenario
+        from drake_mobman.scenario import ScenarioError, load_scenario
 
         try:
-            name, loaded = load_scenario(scenario_file(scenario), set_)
+            loaded = load_scenario(scenario_file(scenario), set_)
         except ScenarioError as error:
             refuse(error)
         desk = (
-            desk_in_meshcat(host, port) if plain else desk_on_a_page(name, host, port)
+            desk_in_meshcat(host, port) if plain else desk_on_a_page(loaded.name, host, port)
         )
-        raise typer.Exit(drive_one(name, loaded, record, desk, stop))
+        raise typer.Exit(drive_one(loaded.name, loaded, record, desk, stop))
 
 
 def drive_one(
@@ -465,11 +467,11 @@ def graph(
     with Stop() as stop:
         from drake_mobman.diagrams import make_diagram
         from drake_mobman.diagrams.graph import GraphError, graph_of, write_graph
-        from drake_mobman.scenario.scenario import ScenarioError, load_scenario
+        from drake_mobman.scenario import ScenarioError, load_scenario
         from drake_mobman.simulation.output_folder import FolderError
 
         try:
-            _, loaded = load_scenario(scenario, set_)
+            loaded = load_scenario(scenario, set_)
             diagram = make_diagram(loaded, logged=False)
             content = stop.cut_short(1, lambda: graph_of(diagram, out))
             write_graph(content, out)
@@ -493,11 +495,7 @@ def field(
     from drake_mobman.simulation.stop import Stop
 
     with Stop() as stop:
-        from drake_mobman.scenario.scenario import (
-            ScenarioError,
-            field_of,
-            load_scenario,
-        )
+        from drake_mobman.scenario import ScenarioError, load_scenario
         from drake_mobman.simulation.output_folder import FolderError
         from drake_mobman.simulation.run_folder import (
             FIELD,
@@ -506,8 +504,8 @@ def field(
         )
 
         try:
-            _, loaded = load_scenario(scenario, set_)
-            if field_of(loaded) is None:
+            loaded = load_scenario(scenario, set_)
+            if loaded.base_controller is None:
                 refuse(
                     f"{scenario}: its base follows no velocity field; "
                     "petric_guided does"

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from drake_mobman.base.velocity_field import VelocityField
+from drake_mobman.decomposers import Decomposer
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.defaults import default_of
-from drake_mobman.scenario.scenario import AnyScenario, Decomposer, Guided
+from drake_mobman.scenario import AnyScenario, Guided
 from drake_mobman.teleop.live import Operator
 
 

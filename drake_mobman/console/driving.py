@@ -7,7 +7,7 @@ import webbrowser
 from pathlib import Path
 from typing import Protocol
 
-from drake_mobman.scenario.scenario import ScenarioError, scenario_paths
+from drake_mobman.scenario import ScenarioError, scenario_paths
 from drake_mobman.simulation.stop import Stop
 
 SCENARIO = "scenario.yaml"

@@ -14,7 +14,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from drake_mobman.console.plots import SPAN, plots
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.view import DRAGS
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.terminal import visible
 
 _HEAD = '<link rel="stylesheet" href="/static/console.css">'

@@ -25,7 +25,7 @@ from drake_mobman.console.plain import Panel
 from drake_mobman.console.session import LiveSession, Snapshot
 from drake_mobman.console.view import PERIOD
 from drake_mobman.meshcat import local_meshcat, unguessed_host
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 
 EXPOSED = (
     "Meshcat's panel asks nobody who they are: whoever on this machine finds its "

@@ -18,7 +18,7 @@ from pydrake.math import RigidTransform
 from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.session import Snapshot
 from drake_mobman.console.view import LINES, Frame, Picture
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 
 SLIDERS = {
     "out (up, down)": ("ArrowDown", "ArrowUp"),

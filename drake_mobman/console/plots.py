@@ -3,7 +3,7 @@
 import dataclasses as dc
 from typing import Any
 
-from drake_mobman.scenario.scenario import AnyScenario, Guided
+from drake_mobman.scenario import AnyScenario, Guided
 
 SPAN = 20
 """How much of the past is drawn [s]."""

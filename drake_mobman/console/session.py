@@ -24,7 +24,7 @@ from drake_mobman.console.mailbox import Mailbox, OperatorInput
 from drake_mobman.console.recorder import Recorder, check_recordable
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import AnyScenario, Guided
+from drake_mobman.scenario import AnyScenario, Guided
 from drake_mobman.simulation.finite import check_finite, death
 from drake_mobman.simulation.log import Log, drained_log
 from drake_mobman.simulation.output_folder import FolderError

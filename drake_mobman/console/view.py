@@ -18,8 +18,8 @@ from pydrake.visualization import VisualizationConfig
 from drake_mobman import signals
 from drake_mobman.console.session import Snapshot
 from drake_mobman.meshcat import sealed_meshcat
-from drake_mobman.robot_model import drawn_plant
-from drake_mobman.scenario.scenario import AnyScenario, Guided
+from drake_mobman.robot_model.model import drawn_plant
+from drake_mobman.scenario import AnyScenario, Guided
 
 PERIOD = 1 / 30
 """Between two pictures, at least [s]."""

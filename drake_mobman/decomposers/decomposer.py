@@ -1,15 +1,18 @@
-"""The decomposer's ports, and what all decomposers by shares have in common."""
+"""The decomposer's ports, and what decomposers have in common."""
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.blocks import tickets
-from drake_mobman.decomposers.share import Projection, WorkspaceLimits, base_speed
+from drake_mobman.decomposers.arm_compensation import base_induced_rates
+from drake_mobman.decomposers.projection import Projection, base_speed
 from drake_mobman.parameters import checked
-from drake_mobman.scalars import Scalar
+from drake_mobman.robot_model import WorkspaceLimits
+from drake_mobman.scalars import Scalar, Vector
 
 
 def declare_decomposer_ports(
@@ -53,54 +56,109 @@ def declare_decomposer_ports(
         )
 
 
+class ShareParams(Protocol):
+    """Parameters of a decomposer by shares."""
+
+    projection: Projection
+
+    def shares(
+        self, limits: WorkspaceLimits, command: Vector, at: Vector
+    ) -> tuple[Scalar, Scalar]:
+        """Returns the base's shares of `v_c` and of `omega_c`, each in [0, 1].
+
+        Args:
+            limits: of the workspace.
+            command: `ee_command` (3,).
+            at: `ee_cylindrical` (3,).
+        """
+
+
 class ShareDecomposer(LeafSystem):
     """Splits the end effector's command between base and arm, by shares.
 
     The base gets its share of `v_c`, taken as a projection on the reach, and of
     `omega_c`; the arm gets what is left of each, and all of `v_z` (Kwon, eq. 16 with
-    base and arm as in Algorithm 1). What the shares are, a subclass says.
+    base and arm as in Algorithm 1).
     """
 
-    def __init__(
-        self,
-        params: Any,
-        workspace: WorkspaceLimits | None = None,
-        projection: Projection | None = None,
-        num_joints: int = 2,
+    def declare(
+        self, params: ShareParams, workspace: WorkspaceLimits | None, num_joints: int
     ) -> None:
+        """Takes parameters and declares the ports; see `BlendingDecomposer`."""
         self.params = checked(params)
         self.workspace = checked(workspace or WorkspaceLimits())
-        self.projection = checked(projection or Projection())
         declare_decomposer_ports(
             self, num_joints, self._calc_base, self._calc_contribution, self._calc_arm
         )
 
-    @staticmethod
-    def shares(
-        params: Any, limits: WorkspaceLimits, command: Any, at: Any
-    ) -> tuple[Scalar, Scalar]:
-        """Returns the base's shares of `v_c` and of `omega_c`, each in [0, 1].
-
-        Args:
-            params: of the law.
-            limits: of the workspace.
-            command: `ee_command` (3,).
-            at: `ee_cylindrical` (3,).
-        """
-        raise NotImplementedError
+    def law(
+        self, command: Vector, at: Vector, _q: Vector, _smoothed: Vector
+    ) -> tuple[Scalar, ...]:
+        """Returns the components of `base_command` and of `arm_command`."""
+        mu, nu = self.params.shares(self.workspace, command, at)
+        v_c, omega_c, v_z = command
+        v_bm, omega_b = mu * v_c, nu * omega_c
+        v_b = base_speed(v_bm, at[1], self.params.projection)
+        return v_b, omega_b, v_c - v_bm, omega_c - omega_b, v_z
 
     def _calc_contribution(self, context: Any, output: Any) -> None:
         command, at = self.command.Eval(context), self.ee_cylindrical.Eval(context)
-        mu, nu = self.shares(self.params, self.workspace, command, at)
+        mu, nu = self.params.shares(self.workspace, command, at)
         output.SetFromVector(np.array([mu * command[0], nu * command[1]]))
 
     def _calc_base(self, context: Any, output: Any) -> None:
         v_bm, omega_b = self.base_contribution.Eval(context)
         psi = self.ee_cylindrical.Eval(context)[1]
-        v_b = base_speed(v_bm, psi, self.projection)
+        v_b = base_speed(v_bm, psi, self.params.projection)
         output.SetFromVector(np.array([v_b, omega_b]))
 
     def _calc_arm(self, context: Any, output: Any) -> None:
         v_c, omega_c, v_z = self.command.Eval(context)
         v_bm, omega_b = self.base_contribution.Eval(context)
         output.SetFromVector(np.array([v_c - v_bm, omega_c - omega_b, v_z]))
+
+
+class CompensatedDecomposer(LeafSystem):
+    """Chooses the base's motion first; the arm makes up for it exactly.
+
+    A subclass has `arm`, and says what the base does and what is left for the arm.
+    """
+
+    arm: ArmKinematics
+
+    def base(self, context: Any) -> tuple[Scalar, Scalar]:
+        """Returns the `base_command`."""
+        raise NotImplementedError
+
+    def compensation(self, context: Any) -> Vector:
+        """Returns the `arm_command`."""
+        raise NotImplementedError
+
+    def status(self, context: Any) -> Scalar:
+        """Returns the sum of the `DecomposerStatus` flags that hold."""
+        raise NotImplementedError
+
+    def declare(self) -> None:
+        """Declares the ports."""
+        declare_decomposer_ports(
+            self,
+            self.arm.num_joints,
+            self._calc_base,
+            self._calc_contribution,
+            self._calc_arm,
+            self._calc_status,
+        )
+
+    def _calc_base(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array(self.base(context)))
+
+    def _calc_contribution(self, context: Any, output: Any) -> None:
+        at = self.ee_cylindrical.Eval(context)
+        rates = base_induced_rates(at, *self.base(context), self.arm.p_BS)
+        output.SetFromVector(np.array(rates))
+
+    def _calc_arm(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array(self.compensation(context)))
+
+    def _calc_status(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array([self.status(context)]))

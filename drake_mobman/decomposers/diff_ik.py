@@ -38,7 +38,8 @@ from drake_mobman.parameters import (
     checked,
     within,
 )
-from drake_mobman.robot_model import BASE_JOINTS, Robot, RobotModel
+from drake_mobman.robot_model import BASE_JOINTS, RobotSetup
+from drake_mobman.robot_model.base_limits import check_base
 from drake_mobman.scalars import larger, smaller
 
 _LEVEL_JOINTS = 6
@@ -78,6 +79,15 @@ class DiffIk:
         within(self, GAIN, "centering", "level_gain")
         within(self, PAUSE, "stop_time")
         within(self, Range(1e-12, 0.01), "tolerance")
+
+    def build(self, setup: RobotSetup) -> "DiffIkDecomposer":
+        """Returns the block for a robot.
+
+        Raises:
+            ParameterError: where the base is to do more than it can.
+        """
+        check_base(self, setup.model.base_limits)
+        return DiffIkDecomposer(self, setup)
 
 
 # The law.
@@ -177,17 +187,15 @@ class DiffIkDecomposer(OptimizationDecomposer):
 
     Args:
         params: limits of the base and gains; the joints' limits are the model's.
-        robot: which one.
-        period: control period [s].
+        setup: of the robot.
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
 
-    def __init__(self, params: DiffIk, robot: Robot, period: float) -> None:
+    def __init__(self, params: DiffIk, setup: RobotSetup) -> None:
         checked(params)
-        model = RobotModel(robot)
-        limits, arm = model.limits, robot.arm()
+        limits, arm, period = setup.joint_limits, setup.arm, setup.period
         largest = np.array([params.max_speed, params.max_yaw_rate, *limits.velocity])
         super().__init__(arm.num_joints, arm.p_BS, largest, params.stop_time, period)
         self.params, self.limits = params, limits
@@ -201,8 +209,8 @@ class DiffIkDecomposer(OptimizationDecomposer):
         if isinstance(arm, JacobianArm):
             posture = arm.posture
         else:
-            posture = np.array(arm.inverse((0.5 * robot.reach().r_f, 0.0, 0.0)))
-        self.hand = EndEffectorModel(model.plant, arm.num_joints)
+            posture = np.array(arm.inverse((0.5 * setup.reach.r_f, 0.0, 0.0)))
+        self.hand = EndEffectorModel(setup.model.plant, arm.num_joints)
         R_BE, _ = self.hand.pose_and_jacobian(posture)
         self._R_level = _turned(-arm.ee_cylindrical(posture)[1]) @ R_BE
         # Rotation and translation; or translation in the plane.
@@ -213,11 +221,9 @@ class DiffIkDecomposer(OptimizationDecomposer):
             _parameters(params, posture, limits, period, unit) for unit in _UNITS
         ]
 
-    def rates(
-        self, command: Any, workspace: Any, q: Any, last: Any
-    ) -> tuple[Any, Any] | None:
+    def rates(self, command: Any, at: Any, q: Any, last: Any) -> tuple[Any, Any] | None:
         """Returns Drake's solution and how it moves the hand on the base, or None."""
-        V, J = self.task(command, workspace, q)
+        V, J = self.task(command, at, q)
         # What is not finite would end the process.
         if not np.isfinite(V).all():
             return None
@@ -242,16 +248,16 @@ class DiffIkDecomposer(OptimizationDecomposer):
             if found is not None:
                 u = unit * found
                 by_arm = J[3:, BASE_RATES:] @ u[BASE_RATES:]
-                return u, _turned(-workspace[1]) @ by_arm
+                return u, _turned(-at[1]) @ by_arm
         return None
 
-    def task(self, command: Any, workspace: Any, q: Any) -> tuple[Any, Any]:
+    def task(self, command: Any, at: Any, q: Any) -> tuple[Any, Any]:
         """Returns the V_WE (6,) that the hand is to have, and its Jacobian (6, 2 + n).
 
         Both in B's axes, rotational rows first; that Jacobian is by u. A hand that is
         not level is to turn back besides.
         """
-        l, psi, _ = workspace
+        l, psi, _ = at
         v_c, omega_c, v_z = command
         R_BE, J = self.hand.pose_and_jacobian(q)
         R_reach = _turned(psi)

@@ -1,33 +1,33 @@
-"""The hand does exactly as commanded, whatever the base does.
+"""The end effector does exactly as commanded, whatever the base does.
 
-Ours. The base gets its share and is turned towards its hand; the arm gets exactly the
-rest. Where a limit binds, hand and base slow down together.
+Ours. The base gets its share and is turned towards the end effector; the arm gets
+exactly the rest. Where a limit binds, end effector and base slow down together.
 """
 
 import dataclasses as dc
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.math import cos
-from pydrake.systems.framework import LeafSystem_, ValueProducer
-from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman.arm.first_joint import FirstJoint, first_joint, turning_share
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
-from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import yaw_rate
+from drake_mobman.blocks import cached, scalar_block, tickets
 from drake_mobman.decomposers.arm_compensation import (
     LEAST_REACH,
     arm_compensation,
     base_induced_rates,
 )
-from drake_mobman.decomposers.blending import SHARES, SHARPNESS_L, SHARPNESS_PSI
-from drake_mobman.decomposers.decomposer import declare_decomposer_ports
+from drake_mobman.decomposers.decomposer import CompensatedDecomposer
 from drake_mobman.decomposers.limiter import Factors, Limiter, least, status
-from drake_mobman.decomposers.share import WorkspaceLimits
+from drake_mobman.decomposers.share import (
+    SHARES,
+    SHARPNESS_L,
+    SHARPNESS_PSI,
+    authority_shares,
+)
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import (
     SPEED,
@@ -39,7 +39,16 @@ from drake_mobman.parameters import (
     one_of,
     within,
 )
-from drake_mobman.scalars import Scalar, larger, smaller, smallest, smoothstep, where
+from drake_mobman.robot_model import BaseLimits, RobotSetup, WorkspaceLimits
+from drake_mobman.scalars import (
+    Scalar,
+    Vector,
+    larger,
+    smaller,
+    smallest,
+    smoothstep,
+    where,
+)
 
 _WHOLE = math.cos(math.pi / 3)
 """|cos psi| from which the base carries its share whole."""
@@ -50,17 +59,17 @@ _TINY = 1e-9
 
 @dc.dataclass
 class Exact:
-    """How authority is shared, and how the base is turned towards its hand."""
+    """How authority is shared, and how the base is turned towards the end effector."""
 
     share: str = "smoothstep"  # Keeps the workspace; or "tanh", the paper's.
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
     # Without, psi runs away to a right angle while the base drives.
-    K_omega: float = 0.8  # Yaw rate towards the hand at phi_max and beyond [rad/s].
+    K_omega: float = 0.8  # Yaw rate towards it at phi_max and beyond [rad/s].
     phi_min: float = 0.2  # |psi| from which the base turns [rad].
     phi_max: float = 0.7  # |psi| from which it turns at K_omega [rad].
-    # Slower, the base turns less in proportion: a hand at rest leaves it at rest.
-    turning_speed: float = 0.05  # Of the hand, from which the base turns fully [m/s].
+    # Slower, the base turns less in proportion: at rest, it rests.
+    turning_speed: float = 0.05  # Of E, from which the base turns fully [m/s].
 
     def check(self) -> None:
         """Raises `ParameterError` unless gains, angles and the share make a law."""
@@ -72,34 +81,51 @@ class Exact:
         in_order(self, "phi_min", "phi_max")
         within(self, Range(1e-4, SPEED.high, "m/s"), "turning_speed")
 
+    def shares(
+        self, limits: WorkspaceLimits, command: Vector, at: Vector
+    ) -> tuple[Scalar, Scalar]:
+        """Returns the base's shares of rates of l and psi that nothing else makes."""
+        return authority_shares(self, limits, command, at)
+
+    def build(self, setup: RobotSetup) -> "ExactDecomposer":
+        """Returns the block for a robot."""
+        return ExactDecomposer(
+            self,
+            setup.workspace,
+            setup.arm,
+            setup.joint_limits,
+            setup.base_limits,
+            setup.period,
+        )
+
 
 def exact_base(
-    command: Any,
-    workspace: Any,
+    command: Vector,
+    at: Vector,
     params: Exact,
     limits: WorkspaceLimits,
-    p_BS: Any,
+    p_BS: Vector,
     joint: FirstJoint | None = None,
 ) -> tuple[Scalar, Scalar]:
-    """Returns v_b [m/s] and omega_b [rad/s] that the whole command asks of the base.
+    """Returns v_b [m/s] and omega_b [rad/s] that the whole command wants of the base.
 
     omega_b is the base's share of omega_c, and the field's rate of turning towards the
-    hand (Petric & Zlajpah, eqs. 5 and 6). With v_c less what that makes of the reach,
-    v_b is the base's share of it along the reach, which it carries whole as far as 60
-    degrees aside, and nothing of at a right angle. So at a limit of l the base alone
-    carries the hand.
+    end effector (Petric & Zlajpah, eqs. 5 and 6). With v_c less what that makes of the
+    reach, v_b is the base's share of it along the reach, which it carries whole as far
+    as 60 degrees aside, and nothing of at a right angle. So at a limit of l the base
+    alone carries the end effector.
 
     Args:
-        command: `ee_command`.
-        workspace: l [m], psi [rad], z [m].
+        command: `ee_command` (3,).
+        at: `ee_cylindrical` (3,).
         params: of the law.
         limits: of the workspace.
         p_BS: shoulder in B (3,) [m].
         joint: the arm's first, which turns back by as much as the base turns towards
-            the hand; None where it turns on and on.
+            the end effector; None where it turns on and on.
     """
     v_c, omega_c, _ = command
-    l, psi, _ = workspace
+    l, psi, _ = at
     share = SHARES[params.share]
     nu = share(omega_c, psi, limits.psi_min, limits.psi_max, params.beta)
     speed = abs(v_c) + l * abs(omega_c)
@@ -109,7 +135,7 @@ def exact_base(
         room = turning_share(aligning, joint, params.phi_max - params.phi_min)
         turning = turning * room
     omega_b = nu * omega_c + turning * aligning
-    left = v_c - base_induced_rates(workspace, 0.0, omega_b, p_BS)[0]
+    left = v_c - base_induced_rates(at, 0.0, omega_b, p_BS)[0]
     mu = share(left, l, limits.l_min, limits.l_max, params.alpha)
     c = cos(psi)
     aside = larger(abs(c), _TINY)
@@ -118,192 +144,165 @@ def exact_base(
 
 
 class BaseCommand(NamedTuple):
-    """What the base is told, and how much of the command is left to follow it."""
+    """A `base_command`, and how the end effector's command was scaled for it."""
 
     base: tuple[Scalar, Scalar]  # v_b [m/s], omega_b [rad/s].
     factors: Factors
-    share: Scalar  # The least of the factors.
+    scale: Scalar  # The least of the factors.
 
 
 def exact_base_command(
-    command: Any,
-    workspace: Any,
-    q: Any,
+    command: Vector,
+    at: Vector,
+    q: Vector,
     params: Exact,
     limits: WorkspaceLimits,
     limiter: Limiter,
 ) -> BaseCommand:
-    """Returns what the base is told of `command`, as far as base and joints follow.
+    """Returns what the base is to do, as far as it and the joints keep up for good.
 
     Args:
-        command: `ee_command`.
-        workspace: l [m], psi [rad], z [m].
+        command: `ee_command` (3,).
+        at: `ee_cylindrical` (3,).
         q: joint angles (n,) [rad].
         params: of the law.
         limits: of the workspace.
         limiter: of base and joints.
     """
-    p_BS, joint = limiter.arm.p_BS, first_joint(q, limiter.joints)
-    v_b, omega_b = exact_base(command, workspace, params, limits, p_BS, joint)
-    rest = arm_compensation(command, workspace, (v_b, omega_b), p_BS)
+    p_BS, joint = limiter.arm.p_BS, first_joint(q, limiter.joint_limits)
+    v_b, omega_b = exact_base(command, at, params, limits, p_BS, joint)
+    rest = arm_compensation(command, at, (v_b, omega_b), p_BS)
     factors = limiter.steady_scaling(q, rest, v_b, omega_b)
-    share = least(factors, q)
-    return BaseCommand((share * v_b, share * omega_b), factors, share)
+    scale = least(factors, q)
+    return BaseCommand((scale * v_b, scale * omega_b), factors, scale)
 
 
-def exact_arm(
-    command: Any,
-    workspace: Any,
-    q: Any,
-    sent: Any,
-    course: BaseCommand,
+def exact_arm_command(
+    command: Vector,
+    at: Vector,
+    q: Vector,
+    smoothed: Vector,
+    base: BaseCommand,
     limiter: Limiter,
-) -> tuple[tuple[Scalar, Scalar, Scalar], Scalar]:
-    """Returns the `arm_command` that the base, as sent, leaves, and the status.
+) -> tuple[Vector, Scalar]:
+    """Returns the `arm_command` that is left by the base as it moves, and the status.
 
     Args:
-        command: `ee_command`.
-        workspace: l [m], psi [rad], z [m].
+        command: `ee_command` (3,).
+        at: `ee_cylindrical` (3,).
         q: joint angles (n,) [rad].
-        sent: `base_command_smoothed`.
-        course: of the base.
+        smoothed: `base_command_smoothed` (2,).
+        base: what the base was to do.
         limiter: of base and joints.
     """
-    _, factors, share = course
-    present: Factors = {}
-    if limiter.base.enabled:  # Else the base is sent what it is told.
-        present = limiter.present_scaling(q, workspace, command, sent)
-        share = smallest(share, *present.values(), made_of=(share,))
-    slowed = [share * c for c in command]
-    rest = arm_compensation(slowed, workspace, sent, limiter.arm.p_BS)
-    at_axis = where(workspace[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
-    return rest, status(factors, present) + at_axis
+    scale, present = base.scale, Factors()
+    if not limiter.base_limits.follows_at_once:
+        present = limiter.present_scaling(q, at, command, smoothed)
+        scale = smallest(scale, *present.values(), made_of=(scale,))
+    scaled = [scale * c for c in command]
+    rest = arm_compensation(scaled, at, smoothed, limiter.arm.p_BS)
+    at_axis = where(at[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
+    return rest, status(base.factors, present) + at_axis
 
 
-@TemplateSystem.define("ExactDecomposer_")
-def ExactDecomposer_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class ExactDecomposer(CompensatedDecomposer):
+    """Gives the end effector exactly its command, or as much as the limits leave.
 
-    class Impl(LeafSystem_[T]):
-        """Gives the hand exactly its command, or as much of it as the limits leave.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: ExactDecomposer
+        input_ports:
+        - ee_command
+        - ee_cylindrical
+        - arm_position
+        - base_command_smoothed
+        output_ports:
+        - base_command
+        - base_contribution
+        - arm_command
+        - decomposer_status
 
-            name: ExactDecomposer
-            input_ports:
-            - ee_command
-            - workspace
-            - arm_position
-            - base_command_smoothed
-            output_ports:
-            - base_command
-            - base_contribution
-            - arm_command
-            - decomposer_status
+    The arm makes up for what the base is sent, not for what it was to do: so smoothing
+    costs the end effector nothing.
 
-        Built as `ExactDecomposer(params, limits, arm, joints, smoother, period)`: an
-        `Exact`, `WorkspaceLimits`, the arm's kinematics and joint limits, the `Smoother`
-        that follows, and the control period [s]. The arm's part is the rest of what is
-        sent to the base, so smoothing costs the hand nothing. Raises `ParameterError`
-        where one of them is not valid.
-        """
+    Args:
+        params: of the law.
+        workspace: that the arm is to keep.
+        arm: its kinematics.
+        joint_limits: of the arm.
+        base_limits: of the base as it is used, after its smoother.
+        period: control period [s].
 
-        def _construct(
-            self,
-            params: Exact,
-            limits: WorkspaceLimits,
-            arm: ArmKinematics,
-            joints: JointLimits,
-            smoother: Smoother,
-            period: float,
-            converter: Any = None,
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            self.params = checked(params)
-            self.limits = checked(limits)
-            edges = limits if params.share == "smoothstep" else None
-            self.limiter = Limiter(
-                arm, joints, checked(smoother), edges, checked_period(period)
-            )
-            declare_decomposer_ports(
-                self,
-                arm.num_joints,
-                self._calc_base,
-                self._calc_share,
-                self._calc_arm,
-                self._calc_status,
-            )
-            told = {
-                self.input_port_ticket(port.get_index())
-                for port in (self.command, self.workspace, self.arm_position)
-            }
-            # Several outputs come of one evaluation.
-            self.course = self._declare_entry("base and factors", self._of_course, told)
-            sent = self.input_port_ticket(self.base_command_smoothed.get_index())
-            self.present = self._declare_entry(
-                "rest and factors", self._at_present, told | {sent}
-            )
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            limiter = other.limiter
-            Impl._construct(
-                self,
-                other.params,
-                other.limits,
-                limiter.arm,
-                limiter.joints,
-                limiter.base,
-                limiter.period,
-                converter=converter,
-            )
+    def __init__(
+        self,
+        params: Exact,
+        workspace: WorkspaceLimits,
+        arm: ArmKinematics,
+        joint_limits: JointLimits,
+        base_limits: BaseLimits,
+        period: float,
+    ) -> None:
+        self.params, self.workspace, self.arm = checked(params), checked(workspace), arm
+        edges = workspace if params.share == "smoothstep" else None
+        self.limiter = Limiter(
+            arm, joint_limits, base_limits, edges, checked_period(period)
+        )
+        self.declare()
+        state = tickets(self, self.command, self.ee_cylindrical, self.arm_position)
+        self._base = cached(self, self._calc_base_command, state)
+        smoothed = tickets(self, self.base_command_smoothed)
+        self._arm = cached(self, self._calc_arm_command, state | smoothed)
 
-        def _declare_entry(self, name: str, calc: Any, needs: Any) -> Any:
-            make = AbstractValue.Make
-            return self.DeclareCacheEntry(
-                name,
-                ValueProducer(
-                    allocate=lambda: make(()),
-                    calc=lambda context, value: value.set_value(calc(context)),
-                ),
-                needs,
-            )
+    def base(self, context: Any) -> tuple[Scalar, Scalar]:
+        """Returns the `base_command`."""
+        return self._base(context).base
 
-        def _of_course(self, context: Any) -> BaseCommand:
-            return exact_base_command(
-                *self._told(context), self.params, self.limits, self.limiter
-            )
+    def compensation(self, context: Any) -> Vector:
+        """Returns the `arm_command`."""
+        return self._arm(context)[0]
 
-        def _at_present(self, context: Any) -> Any:
-            sent = self.base_command_smoothed.Eval(context)
-            course = self.course.Eval(context)
-            return exact_arm(*self._told(context), sent, course, self.limiter)
+    def status(self, context: Any) -> Scalar:
+        """Returns the sum of the `DecomposerStatus` flags that hold."""
+        return self._arm(context)[1]
 
-        def _told(self, context: Any) -> tuple[Any, Any, Any]:
-            # Python's own floats, which take half the time of numpy's.
-            return (
-                self.command.Eval(context).tolist(),
-                self.workspace.Eval(context).tolist(),
-                self.arm_position.Eval(context).tolist(),
-            )
+    def law(
+        self, command: Vector, at: Vector, q: Vector, smoothed: Vector
+    ) -> tuple[Scalar, ...]:
+        """Returns the components of `base_command` and of `arm_command`."""
+        inputs = command, at, q
+        base = exact_base_command(*inputs, self.params, self.workspace, self.limiter)
+        arm, _ = exact_arm_command(*inputs, smoothed, base, self.limiter)
+        return *base.base, *arm
 
-        def _calc_base(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array(self.course.Eval(context).base))
+    def law_without_limits(
+        self, command: Vector, at: Vector, _q: Vector, smoothed: Vector
+    ) -> tuple[Scalar, ...]:
+        """Returns the same where no limit binds, which is quicker."""
+        p_BS = self.arm.p_BS
+        base = exact_base(command, at, self.params, self.workspace, p_BS)
+        return *base, *arm_compensation(command, at, smoothed, p_BS)
 
-        def _calc_share(self, context: Any, output: Any) -> None:
-            v_b, omega_b = self.course.Eval(context).base
-            workspace = self.workspace.Eval(context)
-            p_BS = self.limiter.arm.p_BS
-            output.SetFromVector(
-                np.array(base_induced_rates(workspace, v_b, omega_b, p_BS))
-            )
+    def _calc_base_command(self, context: Any) -> BaseCommand:
+        return exact_base_command(
+            *self._inputs(context), self.params, self.workspace, self.limiter
+        )
 
-        def _calc_arm(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array(self.present.Eval(context)[0]))
+    def _calc_arm_command(self, context: Any) -> tuple[Vector, Scalar]:
+        smoothed, base = self.base_command_smoothed.Eval(context), self._base(context)
+        return exact_arm_command(*self._inputs(context), smoothed, base, self.limiter)
 
-        def _calc_status(self, context: Any, output: Any) -> None:
-            output.SetFromVector(np.array([self.present.Eval(context)[1]]))
-
-    return Impl
+    def _inputs(self, context: Any) -> tuple[Vector, Vector, Vector]:
+        # Python's own floats, which take half the time of numpy's.
+        return (
+            self.command.Eval(context).tolist(),
+            self.ee_cylindrical.Eval(context).tolist(),
+            self.arm_position.Eval(context).tolist(),
+        )
 
 
-ExactDecomposer = ExactDecomposer_[None]
+ExactDecomposer_ = ExactDecomposer.template

@@ -13,10 +13,9 @@ from typing import Any
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits, braking_rate
 from drake_mobman.arm.place_first import relieved
-from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.arm_compensation import LEAST_REACH, base_induced_rates
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.status import DecomposerStatus
+from drake_mobman.robot_model import BaseLimits, WorkspaceLimits
 from drake_mobman.scalars import (
     Scalar,
     larger,
@@ -102,16 +101,19 @@ class Limiter:
     """The limits of a robot, and of the workspace that its arm is to keep."""
 
     arm: ArmKinematics
-    joints: JointLimits
-    base: Smoother  # Its largest speeds; and how fast it gets there, if enabled.
+    joint_limits: JointLimits
+    base_limits: BaseLimits
     workspace: WorkspaceLimits | None  # None where it may be left.
     period: float  # For which a command is held [s].
 
     def __post_init__(self) -> None:
         """Takes the limits as Python's own floats, which take half numpy's time."""
-        limits = (getattr(self.joints, each.name) for each in dc.fields(self.joints))
-        joints = JointLimits(*(list(map(float, each)) for each in limits))
-        object.__setattr__(self, "joints", joints)
+        limits = (
+            getattr(self.joint_limits, each.name)
+            for each in dc.fields(self.joint_limits)
+        )
+        plain = JointLimits(*(list(map(float, each)) for each in limits))
+        object.__setattr__(self, "joint_limits", plain)
 
     def steady_scaling(
         self, q: Any, rest: Any, v_b: Scalar, omega_b: Scalar
@@ -127,36 +129,35 @@ class Limiter:
             v_b: speed of the base [m/s].
             omega_b: its yaw rate [rad/s].
         """
-        by_base = abs(v_b) / self.base.max_speed, abs(omega_b) / self.base.max_yaw_rate
+        base = self.base_limits
+        by_base = abs(v_b) / base.max_speed, abs(omega_b) / base.max_yaw_rate
 
         def excesses(rates: Any) -> tuple[list[Scalar], list[Scalar]]:
             by_rate = [
                 abs(rate) / (_RESERVE * fastest)
-                for rate, fastest in zip(rates, self.joints.velocity, strict=True)
+                for rate, fastest in zip(rates, self.joint_limits.velocity, strict=True)
             ]
             return by_rate, self._towards_ends(q, rates)
 
         factors = {DecomposerStatus.BASE_RATE: factor_by(*by_base)}
         return factors | self._placed(q, self.arm.undamped_rates(q, rest), excesses)
 
-    def present_scaling(
-        self, q: Any, workspace: Any, command: Any, sent: Any
-    ) -> Factors:
+    def present_scaling(self, q: Any, at: Any, command: Any, smoothed: Any) -> Factors:
         """Returns what the limits leave of a command while the base moves as sent.
 
         Args:
             q: joint angles (n,) [rad].
-            workspace: l [m], psi [rad], z [m].
-            command: `ee_command`.
-            sent: `base_command_smoothed`.
+            at: `ee_cylindrical` (3,).
+            command: `ee_command` (3,).
+            smoothed: `base_command_smoothed` (2,).
         """
-        along, turning = base_induced_rates(workspace, sent[0], sent[1], self.arm.p_BS)
+        along, turning = base_induced_rates(at, smoothed[0], smoothed[1], self.arm.p_BS)
         carried = along, turning, 0.0
 
         def excesses(rates: Any, taken: Any) -> tuple[list[Scalar], list[Scalar]]:
             by_rate, by_limit = [], []
             for i, (wanted, off) in enumerate(zip(rates, taken, strict=True)):
-                fastest = _RESERVE * self.joints.velocity[i]
+                fastest = _RESERVE * self.joint_limits.velocity[i]
                 by_rate.append(excess(wanted, off, fastest))
                 towards_end = self._towards_end(self._room(q, i, wanted), i)
                 by_limit.append(excess(wanted, off, towards_end))
@@ -165,7 +166,7 @@ class Limiter:
         rates = self.arm.undamped_rates(q, command, carried)
         factors = self._placed(q, rates, excesses)
         if self.workspace is not None:
-            by_edge = self._by_edges(self.workspace, workspace, command, carried)
+            by_edge = self._by_edges(self.workspace, at, command, carried)
             factors[DecomposerStatus.WORKSPACE] = factor_by(*by_edge)
         return factors
 
@@ -246,7 +247,7 @@ class Limiter:
             room, speed = self._room(q, i, rate), larger(abs(rate), _SLIGHT)
             in_time = speed * braking_rate(room / speed, slowing, self.period)
             bound = larger(in_time, _SLIGHT)
-            if math.isfinite(self.joints.acceleration[i]):
+            if math.isfinite(self.joint_limits.acceleration[i]):
                 bound = smaller(bound, self._towards_end(room, i))
             found.append(speed / bound)
         return found
@@ -254,8 +255,8 @@ class Limiter:
     @property
     def _slowing(self) -> float:
         """Returns what share of its speed a hand with its base can lose in a second."""
-        base, most = self.base, 1.0 / _LEAST_STOP
-        if not base.enabled:
+        base, most = self.base_limits, 1.0 / _LEAST_STOP
+        if base.follows_at_once:
             return most
         return min(
             base.max_acceleration / base.max_speed,
@@ -268,22 +269,23 @@ class Limiter:
 
         Half, as an elbow that is stretched goes twice as far as its rate said.
         """
-        upper, lower = self.joints.upper[i], self.joints.lower[i]
+        upper, lower = self.joint_limits.upper[i], self.joint_limits.lower[i]
         return 0.5 * where(rate > 0, upper - q[i], q[i] - lower)
 
     def _towards_end(self, room: Scalar, i: int) -> Scalar:
-        most = self.joints.acceleration[i]
+        most = self.joint_limits.acceleration[i]
         return larger(_RESERVE * braking_rate(room, most, self.period), _SLIGHT)
 
     def _by_edges(
-        self, edges: WorkspaceLimits, workspace: Any, command: Any, carried: Any
+        self, edges: WorkspaceLimits, at: Any, command: Any, carried: Any
     ) -> Iterable[Scalar]:
         """Returns how much too fast the command is for the ends of l and of psi."""
         ends = (edges.l_min, edges.l_max), (edges.psi_min, edges.psi_max)
-        brakes = self.base.max_acceleration, self.base.max_yaw_acceleration
+        base = self.base_limits
+        brakes = base.max_acceleration, base.max_yaw_acceleration
         for i in range(2):
             lower, upper = ends[i]
-            x, wanted = workspace[i], command[i]
+            x, wanted = at[i], command[i]
             room = where(wanted > 0, upper - x, x - lower)
             bound = braking_rate(room, brakes[i], self.period)
             yield excess(wanted, carried[i], bound)

@@ -4,9 +4,9 @@ import abc
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem, ValueProducer
+from pydrake.systems.framework import LeafSystem
 
+from drake_mobman.blocks import cached, tickets
 from drake_mobman.decomposers.arm_compensation import LEAST_REACH, base_induced_rates
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
 from drake_mobman.decomposers.status import DecomposerStatus
@@ -44,7 +44,7 @@ class OptimizationDecomposer(LeafSystem):
         name: OptimizationDecomposer
         input_ports:
         - ee_command
-        - workspace
+        - ee_cylindrical
         - arm_position
         - base_command_smoothed
         output_ports:
@@ -59,7 +59,7 @@ class OptimizationDecomposer(LeafSystem):
     is what was last put out: rates (k,), then `base_contribution` and `arm_command`.
 
     Args:
-        joints: of the arm, n.
+        num_joints: of the arm, n.
         p_BS: shoulder in B (3,) [m].
         largest: rates (k,) of base and joints [m/s] and [rad/s].
         stop_time: to bring these to rest [s].
@@ -67,7 +67,7 @@ class OptimizationDecomposer(LeafSystem):
     """
 
     def __init__(
-        self, joints: int, p_BS: Any, largest: Any, stop_time: float, period: float
+        self, num_joints: int, p_BS: Any, largest: Any, stop_time: float, period: float
     ) -> None:
         super().__init__()
         self.p_BS, self.largest = p_BS, largest
@@ -76,77 +76,67 @@ class OptimizationDecomposer(LeafSystem):
         self._parts = np.cumsum([len(largest), 2])
         declare_decomposer_ports(
             self,
-            joints,
+            num_joints,
             self._calc_base,
-            self._calc_share,
+            self._calc_contribution,
             self._calc_arm,
             self._calc_status,
         )
         size = self._parts[-1] + 3
         self.DeclareDiscreteState(size)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
-        self.solved = self.DeclareCacheEntry(
-            "put out, and status",
-            ValueProducer(
-                allocate=lambda: AbstractValue.Make(()), calc=self._calc_solved
-            ),
-            {
-                self.input_port_ticket(port.get_index())
-                for port in (self.command, self.workspace, self.arm_position)
-            }
-            | {self.xd_ticket()},
-        )
+        inputs = self.command, self.ee_cylindrical, self.arm_position
+        needs = tickets(self, *inputs) | {self.xd_ticket()}
+        self.solved = cached(self, self._calc_solved, needs)
 
     @abc.abstractmethod
-    def rates(
-        self, command: Any, workspace: Any, q: Any, last: Any
-    ) -> tuple[Any, Any] | None:
-        """Returns the rates (k,) and the hand's velocity by the arm, or None.
+    def rates(self, command: Any, at: Any, q: Any, last: Any) -> tuple[Any, Any] | None:
+        """Returns the rates (k,) and the end effector's velocity by the arm, or None.
 
         Args:
             command: `ee_command`, finite as all else.
-            workspace: l [m], psi [rad], z [m].
+            at: `ee_cylindrical` (3,).
             q: joint angles (n,) [rad].
             last: rates (k,) that were last put out.
 
         Returns:
             Rates of base [m/s], [rad/s] and joints [rad/s]; and how these joints' rates
-            move the hand on the base: along the reach, across it, up (3,) [m/s]. None
-            where there is no solution or none was found.
+            move the end effector on the base: along the reach, across it, up (3,)
+            [m/s]. None where there is no solution or none was found.
         """
 
-    def _calc_solved(self, context: Any, value: Any) -> None:
-        command, workspace, q = (
+    def _calc_solved(self, context: Any) -> tuple[Any, DecomposerStatus]:
+        """Returns what is put out (k + 5,), and the status."""
+        command, at, q = (
             port.Eval(context)
-            for port in (self.command, self.workspace, self.arm_position)
+            for port in (self.command, self.ee_cylindrical, self.arm_position)
         )
         state = context.get_discrete_state_vector().value()
         last = state[: self._parts[0]]
         found = None
-        if np.abs(np.concatenate([command, workspace, q])).max() <= _LARGEST:
-            found = self.rates(command, workspace, q, last)
+        if np.abs(np.concatenate([command, at, q])).max() <= _LARGEST:
+            found = self.rates(command, at, q, last)
         if found is None:
             factor = braking_factor(last, self.largest, self._stop_share)
-            value.set_value((factor * state, DecomposerStatus.UNSOLVED))
-            return
+            return factor * state, DecomposerStatus.UNSOLVED
         rates, (along, across, up) = found
-        share = base_induced_rates(workspace, rates[0], rates[1], self.p_BS)
-        turning = across / larger(workspace[0], LEAST_REACH)
+        share = base_induced_rates(at, rates[0], rates[1], self.p_BS)
+        turning = across / larger(at[0], LEAST_REACH)
         put_out = np.concatenate([rates, share, (along, turning, up)])
-        value.set_value((put_out, DecomposerStatus.OK))
+        return put_out, DecomposerStatus.OK
 
     def _calc_base(self, context: Any, output: Any) -> None:
-        output.SetFromVector(self.solved.Eval(context)[0][:BASE_RATES])
+        output.SetFromVector(self.solved(context)[0][:BASE_RATES])
 
-    def _calc_share(self, context: Any, output: Any) -> None:
-        put_out = self.solved.Eval(context)[0]
+    def _calc_contribution(self, context: Any, output: Any) -> None:
+        put_out = self.solved(context)[0]
         output.SetFromVector(put_out[self._parts[0] : self._parts[1]])
 
     def _calc_arm(self, context: Any, output: Any) -> None:
-        output.SetFromVector(self.solved.Eval(context)[0][self._parts[1] :])
+        output.SetFromVector(self.solved(context)[0][self._parts[1] :])
 
     def _calc_status(self, context: Any, output: Any) -> None:
-        output.SetAtIndex(0, float(self.solved.Eval(context)[1]))
+        output.SetAtIndex(0, float(self.solved(context)[1]))
 
     def _keep(self, context: Any, state: Any) -> None:
-        state.get_mutable_vector().SetFromVector(self.solved.Eval(context)[0])
+        state.get_mutable_vector().SetFromVector(self.solved(context)[0])

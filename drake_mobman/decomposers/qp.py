@@ -38,6 +38,7 @@ from drake_mobman.parameters import (
     checked_period,
     within,
 )
+from drake_mobman.robot_model import RobotSetup
 
 
 @dc.dataclass
@@ -61,9 +62,20 @@ class Qp:
         if not self.damping < 1:
             raise ParameterError("damping", self.damping, "must be below 1")
 
+    def build(self, setup: RobotSetup) -> "QpDecomposer":
+        """Returns the block for a robot.
+
+        Raises:
+            ParameterError: where its arm has no Jacobian in closed form.
+        """
+        if not has_jacobian(setup.arm):
+            valid = "must be another; the arm has no Jacobian in closed form"
+            raise ParameterError("", "!Qp", valid)
+        return QpDecomposer(self, setup.arm, setup.joint_limits, setup.period)
+
 
 @functools.singledispatch
-def arm_jacobian(arm: ArmKinematics, _q: Any, _workspace: Any) -> Any:
+def arm_jacobian(arm: ArmKinematics, _q: Any, _at: Any) -> Any:
     """Returns the hand's velocity by the joints that place it (2 or 3, m).
 
     Rows: along the reach, across it, and up [m/s]; the hand is level throughout.
@@ -72,7 +84,7 @@ def arm_jacobian(arm: ArmKinematics, _q: Any, _workspace: Any) -> Any:
     Args:
         arm: has m = 2 joints that place the hand in the plane, or 3 in space.
         _q: joint angles (n,) [rad].
-        _workspace: l [m], psi [rad], z [m] at `_q`.
+        _at: `ee_cylindrical` (3,) at `_q`.
 
     Raises:
         ParameterError: where the arm is none that is known in closed form.
@@ -82,8 +94,8 @@ def arm_jacobian(arm: ArmKinematics, _q: Any, _workspace: Any) -> Any:
 
 
 @arm_jacobian.register
-def _(arm: PlanarArm, q: Any, workspace: Any) -> Any:
-    l, psi, _ = workspace
+def _(arm: PlanarArm, q: Any, at: Any) -> Any:
+    l, psi, _ = at
     lower_link = q[0] + q[1] - psi
     return np.array(
         [
@@ -94,28 +106,33 @@ def _(arm: PlanarArm, q: Any, workspace: Any) -> Any:
 
 
 @arm_jacobian.register
-def _(arm: SpatialArm, q: Any, workspace: Any) -> Any:
+def _(arm: SpatialArm, q: Any, at: Any) -> Any:
     ahead, above = two_link.forward(q[1], q[2], arm.upper, arm.lower)
     lower_link = q[1] + q[2]
     return np.array(
         [
             [0.0, -above, -arm.lower * math.sin(lower_link)],
-            [workspace[0], 0.0, 0.0],
+            [at[0], 0.0, 0.0],
             [0.0, ahead, arm.lower * math.cos(lower_link)],
         ]
     )
 
 
-def base_jacobian(workspace: Any, p_BS: Any) -> Any:
+def has_jacobian(arm: ArmKinematics) -> bool:
+    """Returns whether `arm_jacobian` knows the arm."""
+    return arm_jacobian.dispatch(type(arm)) is not arm_jacobian.dispatch(object)
+
+
+def base_jacobian(at: Any, p_BS: Any) -> Any:
     """Returns the hand's velocity by v_b and omega_b (3, 2), the arm at rest.
 
     Rows: along the reach, across it, up [m/s].
 
     Args:
-        workspace: l [m], psi [rad], z [m].
+        at: `ee_cylindrical` (3,).
         p_BS: shoulder in B (3,) [m].
     """
-    l, psi, _ = workspace
+    l, psi, _ = at
     d, e, _ = p_BS
     c, s = math.cos(psi), math.sin(psi)
     return np.array([[c, d * s - e * c], [-s, l + d * c + e * s], [0.0, 0.0]])
@@ -175,7 +192,7 @@ def decomposition_qp(
     params: Qp,
     period: float,
     command: Any,
-    workspace: Any,
+    at: Any,
     q: Any,
 ) -> tuple[BoxQp, Any]:
     """Returns the program that splits a command, and the arm's part of its Jacobian.
@@ -186,14 +203,14 @@ def decomposition_qp(
         params: weights and bounds.
         period: control period [s].
         command: `ee_command`.
-        workspace: l [m], psi [rad], z [m].
+        at: `ee_cylindrical` (3,).
         q: joint angles (n,) [rad].
     """
-    J_arm = arm_jacobian(arm, q, workspace)
+    J_arm = arm_jacobian(arm, q, at)
     rows, m = J_arm.shape
-    J = np.hstack([base_jacobian(workspace, arm.p_BS)[:rows], J_arm])
+    J = np.hstack([base_jacobian(at, arm.p_BS)[:rows], J_arm])
     v_c, omega_c, v_z = command
-    v_ref = np.array([v_c, workspace[0] * omega_c, v_z])[:rows]
+    v_ref = np.array([v_c, at[0] * omega_c, v_z])[:rows]
     bounds = rate_bounds(q[:m], limits, params, period)
     return tracking_qp(J, v_ref, bounds, params.damping), J_arm
 
@@ -271,12 +288,10 @@ class QpDecomposer(OptimizationDecomposer):
         self.params, self.arm, self.limits = params, arm, limits
         self.program = QpProgram(BASE_RATES + m, params)
 
-    def rates(
-        self, command: Any, workspace: Any, q: Any, last: Any
-    ) -> tuple[Any, Any] | None:
+    def rates(self, command: Any, at: Any, q: Any, last: Any) -> tuple[Any, Any] | None:
         """Returns the optimum and how it moves the hand on the base, or None."""
         qp, J_arm = decomposition_qp(
-            self.arm, self.limits, self.params, self.period, command, workspace, q
+            self.arm, self.limits, self.params, self.period, command, at, q
         )
         u = self.program.solve(qp, last)
         if u is None:

@@ -1,58 +1,84 @@
-"""What all decomposers hold in common: the workspace, and the base from its share.
+"""The base's share of a command, by where in its workspace the arm is."""
 
-Kwon et al., eqs. 10-11 and fig. 4.
-"""
+from typing import Protocol
 
-import dataclasses as dc
-import math
+from pydrake.math import tanh
 
-from pydrake.math import atan2, cos, exp, sin
-
-from drake_mobman.parameters import REACH, Range, in_order, within
-from drake_mobman.scalars import Scalar
+from drake_mobman.parameters import Range
+from drake_mobman.robot_model import WorkspaceLimits
+from drake_mobman.scalars import Scalar, Vector, smoothstep, where
 
 
-@dc.dataclass
-class WorkspaceLimits:
-    """Where the arm is to work: a ring sector about the shoulder (Kwon, table 1)."""
+def blended_share(
+    command: Scalar, x: Scalar, lower: float, upper: float, sharpness: float
+) -> Scalar:
+    """Returns the base's share, in [0, 1], of a command along one coordinate.
 
-    l_min: float = 0.4  # Smallest reach L_min [m].
-    l_max: float = 1.6  # Largest reach L_max [m].
-    psi_min: float = -0.7  # Smallest angle Psi_min [rad].
-    psi_max: float = 0.7  # Largest angle Psi_max [rad].
+    Kwon et al., eqs. 14 and 15; the second of each pair bracketed as in Algorithm 1.
 
-    def check(self) -> None:
-        """Raises `ParameterError` unless both ranges are in order and make sense."""
-        within(self, REACH, "l_min", "l_max")
-        within(self, Range(-10.0, 10.0, "rad"), "psi_min", "psi_max")
-        in_order(self, "l_min", "l_max")
-        in_order(self, "psi_min", "psi_max")
-
-
-@dc.dataclass
-class Projection:
-    """How the base's speed follows from its projection on the reach (eqs. 10, 11)."""
-
-    sigma: float = 0.5  # Width of the stop at |psi| = pi/2 [rad]; |v_b| < 1.352 |v_bm|.
-
-    def check(self) -> None:
-        """Raises `ParameterError` unless `sigma` is in range."""
-        within(self, Range(1e-3, 10.0, "rad"), "sigma")
-
-
-def radial_weight(psi: Scalar, sigma: float) -> Scalar:
-    """Returns kappa of eq. 11: 1 ahead of the base, 0 at psi = +-pi/2 [rad].
-
-    Joints may tell a psi past half a turn; the angle counts as a direction.
+    Args:
+        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        x: the coordinate that it changes, l [m] or psi [rad].
+        lower: its lower limit.
+        upper: its upper limit.
+        sharpness: alpha [1/m] or beta [1/rad]; the larger, the narrower the transition.
     """
-    beside = abs(atan2(sin(psi), cos(psi))) - math.pi / 2
-    return 1.0 - exp(-(beside * beside) / (sigma * sigma))
+    outward = 0.5 * tanh(sharpness * (x - upper)) + 0.5
+    inward = 0.5 - 0.5 * tanh(sharpness * (x - lower))
+    return where(command >= 0, outward, inward)
 
 
-def base_speed(v_bm: Scalar, psi: Scalar, projection: Projection) -> Scalar:
-    """Returns the base's speed v_b [m/s] whose projection on the reach is `v_bm`.
+def strict_share(
+    command: Scalar, x: Scalar, lower: float, upper: float, sharpness: float
+) -> Scalar:
+    """Returns the base's share, in [0, 1], which is 1 from the limit on.
 
-    Eq. 10. It is short of the full projection by kappa, and so stays finite where the
-    arm stands square to the base and no speed of the base would do.
+    Ours. The tanh share never quite stops the arm: x creeps past its limit as
+    ln(1 + 2 sharpness c t) / (2 sharpness) under a command c. This one does, over a
+    width of 3 / sharpness before the limit, where it is as steep as that at most; so
+    what is inside the limits stays inside.
+
+    Args:
+        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        x: the coordinate that it changes, l [m] or psi [rad].
+        lower: its lower limit.
+        upper: its upper limit.
+        sharpness: alpha [1/m] or beta [1/rad].
     """
-    return radial_weight(psi, projection.sigma) * v_bm / cos(psi)
+    width = 3.0 / sharpness
+    outward = smoothstep(x, upper - width, upper)
+    inward = smoothstep(-x, -(lower + width), -lower)
+    return where(command >= 0, outward, inward)
+
+
+SHARES = {"tanh": blended_share, "smoothstep": strict_share}
+"""The share laws, by name."""
+
+SHARPNESS_L = Range(0.1, 1e4, "1/m")
+SHARPNESS_PSI = Range(0.1, 1e4, "1/rad")
+
+
+class ShareParams(Protocol):
+    """What a share law takes, for l and for psi."""
+
+    share: str  # One of `SHARES`.
+    alpha: float  # Sharpness of the transition in l [1/m].
+    beta: float  # Sharpness of the transition in psi [1/rad].
+
+
+def authority_shares(
+    params: ShareParams, limits: WorkspaceLimits, command: Vector, at: Vector
+) -> tuple[Scalar, Scalar]:
+    """Returns the base's shares, in [0, 1], of `v_c` and of `omega_c` (eqs. 14, 15).
+
+    Args:
+        params: of the law.
+        limits: of the workspace.
+        command: `ee_command` (3,).
+        at: `ee_cylindrical` (3,).
+    """
+    share = SHARES[params.share]
+    return (
+        share(command[0], at[0], limits.l_min, limits.l_max, params.alpha),
+        share(command[1], at[1], limits.psi_min, limits.psi_max, params.beta),
+    )

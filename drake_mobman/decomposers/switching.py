@@ -1,12 +1,12 @@
 """Authority switched at the workspace's limits (Kwon et al., eqs. 12 and 13)."""
 
 import dataclasses as dc
-from typing import Any
 
 from drake_mobman.blocks import scalar_block
 from drake_mobman.decomposers.decomposer import ShareDecomposer
-from drake_mobman.decomposers.share import WorkspaceLimits
-from drake_mobman.scalars import Scalar, where
+from drake_mobman.decomposers.projection import Projection
+from drake_mobman.robot_model import RobotSetup, WorkspaceLimits
+from drake_mobman.scalars import Scalar, Vector, where
 
 
 def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Scalar:
@@ -29,17 +29,22 @@ def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Sc
 
 @dc.dataclass
 class Switching:
-    """The base moves outside the workspace, the arm inside. No parameters."""
+    """The base moves outside the workspace, the arm inside."""
 
+    projection: Projection = dc.field(default_factory=Projection)
 
-def switching_shares(
-    params: Switching, limits: WorkspaceLimits, command: Any, at: Any
-) -> tuple[Scalar, Scalar]:
-    """Returns the base's shares of `v_c` and `omega_c` (eqs. 12 and 13)."""
-    return (
-        switched_share(command[0], at[0], limits.l_min, limits.l_max),
-        switched_share(command[1], at[1], limits.psi_min, limits.psi_max),
-    )
+    def shares(
+        self, limits: WorkspaceLimits, command: Vector, at: Vector
+    ) -> tuple[Scalar, Scalar]:
+        """Returns the base's shares of `v_c` and `omega_c` (eqs. 12, 13)."""
+        return (
+            switched_share(command[0], at[0], limits.l_min, limits.l_max),
+            switched_share(command[1], at[1], limits.psi_min, limits.psi_max),
+        )
+
+    def build(self, setup: RobotSetup) -> "SwitchingDecomposer":
+        """Returns the block for a robot."""
+        return SwitchingDecomposer(self, setup.workspace, setup.arm.num_joints)
 
 
 @scalar_block
@@ -61,15 +66,20 @@ class SwitchingDecomposer(ShareDecomposer):
 
     Args:
         params: of the law.
-        workspace: that the arm is to keep, Kwon's unless given.
-        projection: how the base's speed follows from its contribution.
+        workspace: that the arm is to keep; Kwon's unless given.
         num_joints: of the arm.
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
 
-    shares = staticmethod(switching_shares)
+    def __init__(
+        self,
+        params: Switching,
+        workspace: WorkspaceLimits | None = None,
+        num_joints: int = 2,
+    ) -> None:
+        self.declare(params, workspace, num_joints)
 
 
 SwitchingDecomposer_ = SwitchingDecomposer.template

@@ -21,7 +21,7 @@ from drake_mobman.figures.style import (
     new_figure,
 )
 from drake_mobman.figures.velocities import ANGULAR, LINEAR, Component
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.simulate import Run
 
 _THIN = {"lw": 0.8}
@@ -72,7 +72,7 @@ def _draw_velocities(axes: Axes, run: Run, part: Component) -> None:
 
 def _limit(scenario: AnyScenario, part: Component) -> float:
     smoother = scenario.smoother
-    if smoother.enabled:
+    if not smoother.limits().follows_at_once:
         return (smoother.max_speed, smoother.max_yaw_rate)[part.index]
     return scenario.guard.largest[part.index]
 

@@ -26,7 +26,7 @@ from drake_mobman.figures.style import (
     new_figure,
     span,
 )
-from drake_mobman.robot_model import Robot, RobotModel
+from drake_mobman.robot_model import RobotDescription, RobotModel
 from drake_mobman.simulation.simulate import Run
 
 _BASE_RADIUS = 0.27  # Of the base in the robots' URDFs [m].
@@ -143,7 +143,7 @@ def moments(run: Run) -> np.ndarray:
     return np.unique(chosen)
 
 
-def _arms(robot: Robot, q: np.ndarray) -> list[np.ndarray]:
+def _arms(robot: RobotDescription, q: np.ndarray) -> list[np.ndarray]:
     """Returns x, y (links, 2) [m] along the arm at each of the positions (k, 3 + n)."""
     model = RobotModel(robot)
     joints = map(model.plant.get_joint, model.plant.GetJointIndices())

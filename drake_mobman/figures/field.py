@@ -18,7 +18,6 @@ from matplotlib.figure import Figure
 from drake_mobman.base.smoother import Smoother, smoothed
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.base.velocity_field import (
-    Reach,
     VelocityField,
     field_on,
     field_velocity,
@@ -35,6 +34,7 @@ from drake_mobman.figures.style import (
     label_axes,
     new_figure,
 )
+from drake_mobman.robot_model import Reach
 
 LAWS = ("printed", "projected")
 
@@ -235,8 +235,8 @@ def distances(
         smoother: what the commands go through.
     """
     steps = (
-        smoother.max_acceleration * _PERIOD,
-        smoother.max_yaw_acceleration * _PERIOD,
+        smoother.limits().max_acceleration * _PERIOD,
+        smoother.limits().max_yaw_acceleration * _PERIOD,
     )
     limits = smoother.max_speed, smoother.max_yaw_rate
     hand = (
@@ -252,7 +252,7 @@ def distances(
         distance = math.hypot(p_BT[0] - reach.ahead, p_BT[1] - reach.aside)
         nearest, farthest = min(nearest, distance), max(farthest, distance)
         raw = field_velocity(p_BT, params, reach)
-        if smoother.enabled:
+        if not smoother.limits().follows_at_once:
             sent = [
                 smoothed(u, to, smoother.smoothing, step, limit)
                 for u, to, step, limit in zip(sent, raw, steps, limits, strict=True)
@@ -417,6 +417,6 @@ def _note(
 
 def _draw_scale(figure: Figure, image: Any, panels: Any, smoother: Smoother) -> None:
     bar = figure.colorbar(image, ax=panels, extend="both", aspect=28, pad=0.02)
-    most = f", at most ±{smoother.max_speed:g} sent" if smoother.enabled else ""
+    most = f", at most ±{smoother.max_speed:g} sent" if not smoother.limits().follows_at_once else ""
     bar.set_label(f"$v$ asked for [m/s]{most}", fontsize=TEXT)
     bar.ax.tick_params(labelsize=SMALL)

@@ -34,7 +34,7 @@ from drake_mobman.figures.style import (
     span,
 )
 from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import Guided
+from drake_mobman.scenario import Guided
 from drake_mobman.simulation.simulate import Run
 
 ZONES = {
@@ -125,7 +125,7 @@ def draw_manipulability(run: Run) -> Figure:
     """
     time, q = run.log["time"], run.log[signals.ARM_POSITION]
     model, values = RobotModel(run.scenario.robot), manipulability(run)
-    margins = np.minimum(q - model.limits.lower, model.limits.upper - q)
+    margins = np.minimum(q - model.joint_limits.lower, model.joint_limits.upper - q)
     nearest = np.min(margins, axis=1)
     joint = model.arm_joints[np.argmin(margins[np.argmin(nearest)])]
     figure = new_figure(3.3)
@@ -157,7 +157,7 @@ def draw_base_commands(run: Run) -> Figure | None:
     other figures show all.
     """
     log, smoother = run.log, run.scenario.smoother
-    if not smoother.enabled and signals.EE_COMMAND in log:
+    if smoother.limits().follows_at_once and signals.EE_COMMAND in log:
         return None
     time, sent = log["time"], log[signals.BASE_COMMAND_SMOOTHED]
     # Before the start, the base was sent nothing.
@@ -165,8 +165,8 @@ def draw_base_commands(run: Run) -> Figure | None:
     figure = new_figure(3.6)
     panels = figure.subplots(2, 2, sharex=True)
     columns = (
-        ("v", "m/s", smoother.max_speed, smoother.max_acceleration),
-        (r"\omega", "rad/s", smoother.max_yaw_rate, smoother.max_yaw_acceleration),
+        ("v", "m/s", smoother.max_speed, smoother.limits().max_acceleration),
+        (r"\omega", "rad/s", smoother.max_yaw_rate, smoother.limits().max_yaw_acceleration),
     )
     for i, (symbol, unit, fastest, steepest) in enumerate(columns):
         at, slope = panels[:, i]
@@ -177,7 +177,7 @@ def draw_base_commands(run: Run) -> Figure | None:
         label_axes(at, "", f"${symbol}_b$ [{unit}]", "ab"[i])
         rate = rf"\dot{{{symbol}}}_b"
         label_axes(slope, TIME, f"${rate}$ [{unit}$^2$]", "cd"[i])
-        if smoother.enabled:
+        if not smoother.limits().follows_at_once:
             limits = _symmetric(rf"{symbol}_\mathrm{{max}}", fastest)
             _draw_between(at, limits, wanted, sent[:, i])
             limits = _symmetric(rf"\dot{{{symbol}}}_\mathrm{{max}}", steepest)

@@ -1,17 +1,14 @@
 """The laws at work in a run: the paper's figs. 3 and 7."""
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobman import signals
-from drake_mobman.decomposers.blending import Blending, blending_shares
-from drake_mobman.decomposers.decomposer import ShareLaw
-from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.share import WorkspaceLimits, base_speed, radial_weight
-from drake_mobman.decomposers.switching import Switching, switching_shares
+from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.projection import base_speed, radial_weight
 from drake_mobman.figures.style import (
     ARM,
     BASE,
@@ -25,18 +22,11 @@ from drake_mobman.figures.style import (
     name_of,
     new_figure,
 )
-from drake_mobman.scenario.scenario import Teleop
+from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.simulation.simulate import Run
 
 SHARPNESSES = (5.0, 10.0, 21.0, 50.0)
 """Values of alpha to set the scenario's own law against [1/m]."""
-
-SHARE_LAWS: dict[type, ShareLaw] = {
-    Blending: blending_shares,
-    Exact: blending_shares,
-    Switching: switching_shares,
-}
-"""The law of each decomposer that splits by shares."""
 
 _TRANSITION = 0.35  # Shown to either side of a limit [m].
 
@@ -47,7 +37,8 @@ def draw_kappa(run: Run) -> Figure:
     Over psi [rad]: kappa of eq. 11, and v_b / v_bm = kappa / cos(psi) of eq. 10. The
     angles that the run went through are shaded.
     """
-    projection = cast(Teleop, run.scenario).projection
+    decomposer: Any = law_of(run.scenario)
+    projection = decomposer.projection
     seen = run.log[signals.EE_CYLINDRICAL][:, 1]
     first, last = min(-math.pi, seen.min()), max(math.pi, seen.max())
     psi = np.linspace(first, last, 721)
@@ -87,7 +78,7 @@ def draw_blending(run: Run) -> Figure:
             grey = {"color": str(0.8 - 0.15 * k), "lw": 0.9}
             axes.plot(l, mu, **grey, label=rf"$\alpha$ = {alpha:g} 1/m")
             axes.plot(l, 1.0 - mu, ls="-.", **grey)
-        if type(own) in SHARE_LAWS:
+        if hasattr(own, "shares"):
             mu = linear_share(own, limits, v_c, l)
             axes.plot(l, mu, color=BASE, lw=2.0, label=r"base, $\mu$")
             axes.plot(l, 1.0 - mu, color=ARM, lw=2.0, ls="-.", label=r"arm, $1 - \mu$")
@@ -102,5 +93,4 @@ def linear_share(
     params: Any, limits: WorkspaceLimits, v_c: float, l: np.ndarray
 ) -> np.ndarray:
     """Returns the base's share of `v_c` [m/s] at each `l` (N,) [m]."""
-    law = SHARE_LAWS[type(params)]
-    return np.array([law(params, limits, (v_c, 0.0), (x, 0.0, 0.0))[0] for x in l])
+    return np.array([params.shares(limits, (v_c, 0.0), (x, 0.0, 0.0))[0] for x in l])

@@ -15,7 +15,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_mobman import signals
 from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.meshcat import sealed_meshcat
-from drake_mobman.robot_model import drawn_plant
+from drake_mobman.robot_model.model import drawn_plant
 from drake_mobman.simulation.simulate import Run
 
 _FRAME_RATE = 32.0

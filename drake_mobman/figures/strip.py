@@ -28,7 +28,7 @@ from drake_mobman.figures.style import (
     name_of,
     new_figure,
 )
-from drake_mobman.robot_model import Robot
+from drake_mobman.robot_model import RobotDescription
 from drake_mobman.simulation.simulate import Run
 
 _COLUMNS = 4  # Of pictures in a strip.
@@ -125,7 +125,7 @@ def _draw_floor(axes: Axes, centre: np.ndarray, size: float) -> None:
 class _Solid:
     """A robot's shapes as its URDF draws them."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotDescription) -> None:
         scene_graph = SceneGraph()
         self.plant = MultibodyPlant(0.0)
         self.plant.RegisterAsSourceForSceneGraph(scene_graph)

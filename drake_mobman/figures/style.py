@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.scenario.scenario import AnyScenario, Guided
+from drake_mobman.scenario import AnyScenario, Guided
 
 TIME = "time [s]"
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from drake_mobman.analysis.metrics import metrics, of_no_sample
 from drake_mobman.exit_status import DIED
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
 from drake_mobman.simulation.run_folder import (
     RUN,

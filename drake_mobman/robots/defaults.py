@@ -1,13 +1,13 @@
 """What a robot brings along: parameters that fit it, where a scenario says nothing."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
-from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import (
     ANGLE,
@@ -18,7 +18,7 @@ from drake_mobman.parameters import (
     checked,
     within,
 )
-from drake_mobman.robot_model import Robot
+from drake_mobman.robot_model import RobotDescription, WorkspaceLimits
 
 T = TypeVar("T")
 
@@ -41,7 +41,7 @@ class Start:
         within(self, ANGLE, "psi", "theta")
 
 
-def own(robot: Robot) -> dict[type, Any]:
+def own(robot: RobotDescription) -> dict[type, Any]:
     """Returns the robot's own parameters by their class.
 
     None of a robot that is not valid, as when it is refused later.
@@ -53,9 +53,20 @@ def own(robot: Robot) -> dict[type, Any]:
     return {type(params): params for params in brought}
 
 
-def default_of(robot: Robot, kind: type[T]) -> T:
+def default_of(robot: RobotDescription, kind: type[T]) -> T:
     """Returns the robot's own parameters of a kind, or that kind's defaults."""
     return own(robot).get(kind) or kind()
+
+
+def default_member(brought: dict[type, Any], members: Sequence[type]) -> Any:
+    """Returns what a robot brings of some kinds, the first of them; else its defaults.
+
+    Args:
+        brought: the robot's own parameters, by their class.
+        members: of a union, or one class.
+    """
+    first: Any = next((kind for kind in members if kind in brought), members[0])
+    return brought.get(first) or first()
 
 
 def two_links(
@@ -79,7 +90,7 @@ def two_links(
     return [
         Start(l=l),
         WorkspaceLimits(l_min=l_min, l_max=l_max),
-        Smoother(enabled=False),  # As in the paper.
+        Unsmoothed(),  # As in the paper.
         Exact(alpha=sharpness),
         Blending(alpha=sharpness),
         # The base comes along from l_max on.

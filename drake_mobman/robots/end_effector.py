@@ -8,7 +8,8 @@ import dataclasses as dc
 
 import numpy as np
 
-from drake_mobman.robot_model import BASE_JOINTS, RobotModel, moving_joints
+from drake_mobman.robot_model import BASE_JOINTS, RobotModel
+from drake_mobman.robot_model.model import moving_joints
 
 
 @dc.dataclass(frozen=True)

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from pydrake.math import RollPitchYaw, cos, sin
 
+from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
-from drake_mobman.arm.oriented_inverse import ORIENTATIONS
+from drake_mobman.arm.oriented_inverse import ORIENTATIONS, OrientedInverse
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.velocity_field import Reach, VelocityField
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import ANGLE, OFFSET, Range, one_of, within
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import Reach, RobotModel, RobotSetup, WorkspaceLimits
 from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.urdf import filled_urdf
 from drake_mobman.scalars import Scalar
@@ -81,17 +81,25 @@ class FrankaTiago:
             yaw=self.mount_yaw,
         )
 
-    def reach(self) -> Reach:
-        """Returns the arm as a velocity field sees it, measured on the model."""
-        arm = reduced_arm(RobotModel(self).plant)
+    def reach(self, plant: Any = None) -> Reach:
+        """Returns the arm as a base controller sees it, measured on the model."""
+        arm = reduced_arm(plant or RobotModel(self).plant)
         d, e, l_0 = arm.p_BS
         return Reach(l_0, arm.r_f, d, e)
 
-    def arm(self) -> JacobianArm:
+    def arm(self, plant: Any = None) -> JacobianArm:
         """Returns the arm's kinematics, by its Jacobian; T and E in closed form."""
-        plant = RobotModel(self).plant
+        plant = plant or RobotModel(self).plant
         closed = reduced_arm(plant)
         return JacobianArm(plant, POSTURE, p_BT=closed.p_BT, p_SE=closed.p_SE)
+
+    def arm_inverse(self, setup: RobotSetup) -> Any:
+        """Returns the arm's inverse, by its Jacobian."""
+        arm: Any = setup.arm
+        limits, period = setup.joint_limits, setup.period
+        if self.orientation == "reach":
+            return DampedInverse(arm, limits, period)
+        return OrientedInverse(arm, limits, period, self.orientation)
 
 
 @dc.dataclass(frozen=True)
@@ -187,34 +195,3 @@ def reduced_arm(plant: Any) -> ReducedArm:
     )
     p_BS, yaw = X_BS.translation(), RollPitchYaw(X_BF.rotation()).yaw_angle()
     return ReducedArm(tuple(p_BS.tolist()), yaw, elbow, wrist, hand)
-
-
-@dc.dataclass(frozen=True)
-class DriveBase:
-    """The platform: what its wheels are, and how fast they may take it."""
-
-    wheel_radius: float  # [m].
-    track: float  # From wheel to wheel [m].
-    max_speed: float  # [m/s].
-    max_yaw_rate: float  # [rad/s].
-    max_acceleration: float  # [m/s^2].
-    max_yaw_acceleration: float  # [rad/s^2].
-
-
-def drive_base(plant: Any) -> DriveBase:
-    """Returns the base's numbers, read from a finished plant of this robot."""
-    context = plant.CreateDefaultContext()
-    base = plant.GetFrameByName("base")
-    left, right = (
-        plant.GetFrameByName(f"{side}_wheel").CalcPose(context, base).translation()
-        for side in ("left", "right")
-    )
-    ahead, turn = plant.GetJointByName("x"), plant.GetJointByName("theta")
-    return DriveBase(
-        wheel_radius=float(left[2]),  # The floor is at z = 0.
-        track=float(left[1] - right[1]),
-        max_speed=float(ahead.velocity_upper_limits()[0]),
-        max_yaw_rate=float(turn.velocity_upper_limits()[0]),
-        max_acceleration=float(ahead.acceleration_upper_limits()[0]),
-        max_yaw_acceleration=float(turn.acceleration_upper_limits()[0]),
-    )

@@ -1,21 +1,36 @@
-"""The robot at fidelity `kinematic`: it does what it is told, by Euler steps."""
+"""The robot at fidelity `kinematic`: it does as commanded, by Euler steps."""
 
 import dataclasses as dc
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
+from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import checked_period
-from drake_mobman.robot_model import BASE_JOINTS
+from drake_mobman.robot_model import BASE_JOINTS, RobotDescription, RobotSetup
 
 
 @dc.dataclass
 class Kinematic:
-    """The robot does what it is told, by Euler steps of the control period."""
+    """The robot does as commanded, by Euler steps of the control period."""
+
+    def build(self, setup: RobotSetup, start: list[float]) -> Diagram:
+        """Returns the robot as a diagram."""
+        return make_kinematic_robot(setup, start)
+
+    def plant(self, _robot: RobotDescription) -> None:
+        """Returns that there is no plant to be stepped."""
+
+    def check_period(self, period: float) -> None:
+        """Takes any control period [s]."""
+
+    def aligned_with(self, period: float) -> "tuple[float, Kinematic]":
+        """Returns period and fidelity as they are."""
+        return period, self
 
 
 @TemplateSystem.define("KinematicRobot_")
@@ -113,3 +128,48 @@ def KinematicRobot_(T: Any) -> Any:
 
 
 KinematicRobot = KinematicRobot_[None]
+
+
+def make_kinematic_robot(setup: RobotSetup, start: list[float]) -> Diagram:
+    """Returns the robot as a diagram.
+
+    .. pydrake_system::
+
+        name: robot
+        input_ports:
+        - base_command_smoothed
+        - arm_velocity_command
+        output_ports:
+        - base_pose
+        - base_velocity
+        - arm_position
+        - arm_velocity
+        - ee_cylindrical
+        - p_BT
+
+    Args:
+        setup: of the robot.
+        start: positions (3 + n,) of base and arm.
+
+    Raises:
+        ParameterError: where the period is not valid.
+    """
+    builder = DiagramBuilder()
+    body, sensor = (
+        builder.AddNamedSystem(name, setup.maybe_compiled(block))
+        for name, block in (
+            ("kinematic", KinematicRobot(start, setup.period)),
+            ("sensor", EndEffectorSensor(setup.arm)),
+        )
+    )
+    position = body.GetOutputPort(signals.ARM_POSITION)
+    builder.Connect(position, sensor.GetInputPort(signals.ARM_POSITION))
+    for system in (body, sensor):
+        for i in range(system.num_output_ports()):
+            port = system.get_output_port(i)
+            builder.ExportOutput(port, port.get_name())
+    for name in (signals.BASE_COMMAND_SMOOTHED, signals.ARM_VELOCITY_COMMAND):
+        builder.ExportInput(body.GetInputPort(name), name)
+    diagram = builder.Build()
+    diagram.set_name("robot")
+    return diagram

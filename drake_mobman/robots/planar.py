@@ -3,9 +3,10 @@
 import dataclasses as dc
 from typing import Any
 
+from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.planar import PlanarArm
-from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import LENGTH, OFFSET, within
+from drake_mobman.robot_model import Reach, RobotSetup
 from drake_mobman.robots.defaults import two_links
 from drake_mobman.robots.urdf import filled_urdf
 
@@ -41,15 +42,21 @@ class Planar:
             height=self.shoulder_height,
         )
 
-    def reach(self) -> Reach:
-        """Returns the arm as a velocity field sees it."""
+    def reach(self, _plant: Any = None) -> Reach:
+        """Returns the arm as a base controller sees it."""
         r_f = self.upper_link + self.lower_link
         d, e, l_0 = self._p_BS
         return Reach(l_0, r_f, d, e)
 
-    def arm(self) -> PlanarArm:
+    def arm(self, _plant: Any = None) -> PlanarArm:
         """Returns the arm's kinematics in closed form."""
         return PlanarArm(self.upper_link, self.lower_link, self._p_BS)
+
+    def arm_inverse(self, setup: RobotSetup) -> Any:
+        """Returns the arm's inverse, in closed form."""
+        return ClosedFormInverse(
+            setup.arm, setup.joint_limits, setup.period, by=setup.inverse
+        )
 
     @property
     def _p_BS(self) -> tuple[float, float, float]:

@@ -1,6 +1,7 @@
 """The robot at fidelity `servo`: rigid bodies, driven by servos of bounded force."""
 
 import dataclasses as dc
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from drake_mobman import signals
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import ParameterError, Range, checked, within
-from drake_mobman.robot_model import BASE_JOINTS, Robot
+from drake_mobman.robot_model import BASE_JOINTS, RobotDescription, RobotSetup
 from drake_mobman.ticks import aligned, whole_steps
 
 
@@ -49,11 +50,35 @@ class Servo:
         within(self, Range(0.0, 1e4, "N m s"), "joint_damping")
         within(self, Range(0.0, 1e5, "N m/rad"), "joint_stiffness")
 
+    def build(self, setup: RobotSetup, start: list[float]) -> Diagram:
+        """Returns the robot as a diagram, its arm driven."""
+        return make_driven_robot(setup, self, start)
+
+    def build_guided(self, setup: RobotSetup, start: list[float]) -> Diagram:
+        """Returns the robot as a diagram, its arm free to be pulled by hand."""
+        return make_guided_robot(setup, self, start)
+
+    def plant(self, robot: RobotDescription) -> Any:
+        """Returns the plant that is stepped, by itself, its arm driven."""
+        return driven_plant(robot, self).plant
+
+    def guided_plant(self, robot: RobotDescription) -> Any:
+        """Returns the plant that is stepped, by itself, its arm free."""
+        return guided_plant(robot, self).plant
+
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless the control period [s] is whole steps."""
         if not whole_steps(period, self.step):
             valid = f"must divide the control period of {period:g} s"
             raise ParameterError("step", self.step, valid)
+
+    def aligned_with(self, period: float) -> tuple[float, "Servo"]:
+        """Returns the period as whole steps to the last bit, and this with such a step.
+
+        The two are a few bits off what was wanted, at most.
+        """
+        period, step = aligned(period, self.step)
+        return period, dc.replace(self, step=step)
 
     def check_aligned(self, period: float) -> None:
         """Raises `ParameterError` unless ticks and steps stay in step for good."""
@@ -64,112 +89,149 @@ class Servo:
             raise ParameterError("step", (self.step, period), f"{valid}, see `aligned`")
 
 
-class ServoRobot:
-    """A robot's `MultibodyPlant` with servos, finished.
+@dc.dataclass(frozen=True)
+class ServoPlant:
+    """A robot's `MultibodyPlant` with servos, finished."""
+
+    plant: Any  # Positions x, y [m], theta [rad] of the base, then the arm's joints.
+    instance: Any  # Of the robot in the plant.
+    driven: list[int]  # Which position each of its actuators drives, in their order.
+
+
+def driven_plant(robot: RobotDescription, servo: Servo) -> ServoPlant:
+    """Returns the plant of a robot whose arm is driven by velocity servos."""
+    servo_gains = PdControllerGains(p=0.0, d=servo.arm_gain)
+    return _plant(robot, servo, lambda joint: joint.set_controller_gains(servo_gains))
+
+
+def guided_plant(robot: RobotDescription, servo: Servo) -> ServoPlant:
+    """Returns the plant of a robot whose arm is free, to be pulled by hand."""
+
+    def free(actuator: Any) -> None:
+        actuator.joint().set_default_damping(servo.joint_damping)
+        if servo.joint_stiffness:
+            spring = PdControllerGains(p=servo.joint_stiffness, d=0.0)
+            actuator.set_controller_gains(spring)
+
+    return _plant(robot, servo, free)
+
+
+def _plant(
+    robot: RobotDescription, servo: Servo, set_up_arm: Callable[[Any], None]
+) -> ServoPlant:
+    """Returns the plant; each actuator of the arm is set up as given.
 
     Gravity is off for the whole robot: its base stands on the floor, and its arm is
     compensated for gravity, as the makers' controllers do it.
-
-    Attributes:
-        plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
-        instance: of the robot in the plant.
-        driven: which position each of its actuators drives, in their order.
     """
-
-    def __init__(self, robot: Robot, servo: Servo, *, free_arm: bool) -> None:
-        self.plant = MultibodyPlant(servo.step)
-        # Else the plant steps before all else that happens at the same time, and what
-        # the robot is told would not be what is logged.
-        self.plant.SetUseSampledOutputPorts(False)
-        (self.instance,) = Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
-        gains = {"x": servo.base_gain, "y": servo.base_gain, "theta": servo.yaw_gain}
-        for index in self.plant.GetJointActuatorIndices():
-            actuator = self.plant.get_joint_actuator(index)
-            if free_arm and actuator.name() not in gains:
-                actuator.joint().set_default_damping(servo.joint_damping)
-                spring = PdControllerGains(p=servo.joint_stiffness, d=0.0)
-                if servo.joint_stiffness:
-                    actuator.set_controller_gains(spring)
-                continue
-            gain = gains.get(actuator.name(), servo.arm_gain)
-            actuator.set_controller_gains(PdControllerGains(p=0.0, d=gain))
-        self.plant.set_gravity_enabled(self.instance, False)
-        self.plant.Finalize()
-        actuators = map(
-            self.plant.get_joint_actuator, self.plant.GetJointActuatorIndices()
-        )
-        self.driven = [each.joint().position_start() for each in actuators]
+    plant = MultibodyPlant(servo.step)
+    # Else the plant steps before all else that happens at the same time, and what
+    # the robot gets would not be what is logged.
+    plant.SetUseSampledOutputPorts(False)
+    (instance,) = Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
+    gains = {"x": servo.base_gain, "y": servo.base_gain, "theta": servo.yaw_gain}
+    actuators = [*map(plant.get_joint_actuator, plant.GetJointActuatorIndices())]
+    for actuator in actuators:
+        if actuator.name() in gains:
+            gain = PdControllerGains(p=0.0, d=gains[actuator.name()])
+            actuator.set_controller_gains(gain)
+        else:
+            set_up_arm(actuator)
+    plant.set_gravity_enabled(instance, False)
+    plant.Finalize()
+    return ServoPlant(plant, instance, [x.joint().position_start() for x in actuators])
 
 
-def make_servo_robot(
-    robot: Robot,
-    servo: Servo,
-    start: list[float],
-    period: float,
-    *,
-    free_arm: bool,
-    sensor: Any = None,
-) -> Diagram:
-    """Returns the robot with rigid-body dynamics.
-
-    Commands are sampled each `period` and held in between, as a robot's own bus does
-    it; nothing outside is asked at the plant's steps.
+def make_driven_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Diagram:
+    """Returns the robot with rigid-body dynamics, its arm driven.
 
     .. pydrake_system::
 
         name: robot
         input_ports:
         - base_command_smoothed
-        - arm_velocity_command (unless the arm is free)
+        - arm_velocity_command
         - spatial_forces
         output_ports:
         - base_pose
         - base_velocity
         - arm_position
         - arm_velocity
-        - workspace
+        - ee_cylindrical
         - p_BT
         - robot_state
 
+    Commands are sampled each period and held in between, as a robot's own bus does it;
+    nothing outside is evaluated at the plant's steps.
+
     Args:
-        robot: which one.
+        setup: of the robot; its period is a multiple of the plant's step to the last
+            bit, as `ticks.aligned` makes it.
         servo: step and gains.
         start: positions (3 + n,) of base and arm.
-        period: control period [s], a multiple of the plant's step to the last bit, as
-            `ticks.aligned` makes it.
-        free_arm: whether the arm is free and compensated for gravity, to be pulled by
-            hand, instead of driven at `arm_velocity_command`.
-        sensor: tells `workspace` and `p_BT`; a `EndEffectorSensor` unless given.
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
-    checked(servo).check_aligned(period)
-    body = ServoRobot(robot, servo, free_arm=free_arm)
-    plant = body.plant
+    commands = {
+        signals.BASE_COMMAND_SMOOTHED: 2,
+        signals.ARM_VELOCITY_COMMAND: setup.arm.num_joints,
+    }
+    sensor = EndEffectorSensor(setup.arm)
+    return _servo_robot(setup, servo, start, driven_plant, commands, sensor)
+
+
+def make_guided_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Diagram:
+    """Returns the robot with rigid-body dynamics, its arm free and without weight.
+
+    Its ports are those of a driven robot, but for `arm_velocity_command`.
+
+    Args:
+        setup: of the robot.
+        servo: step and gains.
+        start: positions (3 + n,) of base and arm.
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+    commands = {signals.BASE_COMMAND_SMOOTHED: 2}
+    psi = setup.arm.ee_cylindrical(start[BASE_JOINTS:])[1]
+    sensor = EndEffectorSensor(setup.arm, psi, setup.period)
+    return _servo_robot(setup, servo, start, guided_plant, commands, sensor)
+
+
+def _servo_robot(
+    setup: RobotSetup,
+    servo: Servo,
+    start: list[float],
+    make_plant: Callable[[RobotDescription, Servo], ServoPlant],
+    commands: dict[str, int],
+    sensor: Any,
+) -> Diagram:
+    """Returns the robot as a diagram with an input for each of the commands."""
+    checked(servo).check_aligned(setup.period)
+    made = make_plant(setup.robot, servo)
+    plant = made.plant
     plant.SetDefaultPositions(np.array(start))
     n = len(start) - BASE_JOINTS
     builder = DiagramBuilder()
     builder.AddNamedSystem("plant", plant)
     state = plant.get_state_output_port()
-    # Blocks cost at each step of the plant, asked or not: they are few.
+    # Blocks cost at each step of the plant, evaluated or not: they are few.
     parts = builder.AddSystem(Demultiplexer([BASE_JOINTS, n, BASE_JOINTS, n]))
     builder.Connect(state, parts.get_input_port())
     pose, position, _, velocity = map(parts.get_output_port, range(4))
 
     held = []
-    commands = {signals.BASE_COMMAND_SMOOTHED: 2}
-    if not free_arm:
-        commands[signals.ARM_VELOCITY_COMMAND] = n
     for name, size in commands.items():
-        hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(period, size))
+        hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(setup.period, size))
         builder.ExportInput(hold.get_input_port(), name)
         held.append(hold.get_output_port())
-
-    wanted = _desired_state(start, servo.step, free_arm, body.driven)
-    desired = _joined(builder, [pose, *held], wanted)
-    builder.Connect(desired, plant.get_desired_state_input_port(body.instance))
-
+    desired = _desired_state(start, servo.step, sum(commands.values()), made.driven)
+    builder.Connect(
+        _joined(builder, [pose, *held], desired),
+        plant.get_desired_state_input_port(made.instance),
+    )
     forces = plant.get_applied_spatial_force_input_port()
     builder.ExportInput(forces, signals.SPATIAL_FORCES)
     builder.ExportOutput(pose, signals.BASE_POSE)
@@ -178,7 +240,7 @@ def make_servo_robot(
     rolling = builder.AddSystem(_base_velocity(n))
     builder.Connect(state, rolling.get_input_port())
     builder.ExportOutput(rolling.get_output_port(), signals.BASE_VELOCITY)
-    sensor = builder.AddNamedSystem("sensor", sensor or EndEffectorSensor(robot.arm()))
+    sensor = builder.AddNamedSystem("sensor", setup.maybe_compiled(sensor))
     builder.Connect(position, sensor.get_input_port())
     for name in (signals.EE_CYLINDRICAL, signals.P_BT):
         builder.ExportOutput(sensor.GetOutputPort(name), name)
@@ -189,32 +251,31 @@ def make_servo_robot(
 
 
 def _desired_state(
-    start: list[float], step: float, free_arm: bool, driven: list[int]
+    start: list[float], step: float, commands: int, driven: list[int]
 ) -> SymbolicVectorSystem:
-    """Returns what the servos are told, from the base's pose and the commands held.
+    """Returns what the servos are to do, from the base's pose and the commands held.
 
-    Positions, then velocities, each in the order of the actuators.
-    The base is told to roll along the heading that it will have at the step's end,
-    where an implicit servo makes its velocity: so it does not slide while it turns.
-    It is asked at each step of the plant, and so is compiled. Positions count only for
-    a free arm with a spring.
+    Positions, then velocities, each in the order of the actuators. The base is to roll
+    along the heading that it will have at the step's end, where an implicit servo makes
+    its velocity: so it does not slide while it turns. It is evaluated at each step of
+    the plant, and so is compiled. Positions count only for a free arm with a spring.
     """
     n = len(start) - BASE_JOINTS
-    told = MakeVectorVariable(BASE_JOINTS + (2 if free_arm else 2 + n), "u")
-    _, _, theta, v, omega, *rates = told
+    given = MakeVectorVariable(BASE_JOINTS + commands, "u")
+    _, _, theta, v, omega, *rates = given
     base = unicycle_rates(theta + step * omega, v, omega)
     velocities = [*base, *(rates or [0.0] * n)]
     desired = [each[i] for each in (start, velocities) for i in driven]
-    return SymbolicVectorSystem(input=told, output=desired)
+    return SymbolicVectorSystem(input=given, output=desired)
 
 
 def _base_velocity(n: int) -> SymbolicVectorSystem:
     """Returns `base_velocity` from the state of a robot with `n` joints in its arm."""
-    told = MakeVectorVariable(2 * (BASE_JOINTS + n), "u")
-    theta, (x, y, omega) = told[2], told[BASE_JOINTS + n :][:BASE_JOINTS]
+    state = MakeVectorVariable(2 * (BASE_JOINTS + n), "u")
+    theta, (x, y, omega) = state[2], state[BASE_JOINTS + n :][:BASE_JOINTS]
     forward = cos(theta) * x + sin(theta) * y
     sideways = cos(theta) * y - sin(theta) * x
-    return SymbolicVectorSystem(input=told, output=[forward, sideways, omega])
+    return SymbolicVectorSystem(input=state, output=[forward, sideways, omega])
 
 
 def _joined(

@@ -4,18 +4,18 @@ import dataclasses as dc
 import math
 from typing import Any
 
+from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
-from drake_mobman.arm.oriented_inverse import ORIENTATIONS
+from drake_mobman.arm.oriented_inverse import ORIENTATIONS, OrientedInverse
 from drake_mobman.arm.pseudo_inverse import Damping
 from drake_mobman.arm.spatial import SpatialArm
-from drake_mobman.base.velocity_field import Reach
 from drake_mobman.parameters import (
     LENGTH,
     OFFSET,
     one_of,
     within,
 )
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import Reach, RobotModel, RobotSetup
 from drake_mobman.robots.defaults import two_links
 from drake_mobman.robots.urdf import filled_urdf
 
@@ -60,13 +60,13 @@ class Spatial:
             height=self.shoulder_height,
         )
 
-    def reach(self) -> Reach:
-        """Returns the arm as a velocity field sees it."""
+    def reach(self, _plant: Any = None) -> Reach:
+        """Returns the arm as a base controller sees it."""
         r_f = self.upper_link + self.lower_link
         d, e, l_0 = self._p_BS
         return Reach(l_0, r_f, d, e)
 
-    def arm(self) -> SpatialArm | JacobianArm:
+    def arm(self, plant: Any = None) -> SpatialArm | JacobianArm:
         """Returns the arm's kinematics.
 
         In closed form for a hand along its reach; else by its Jacobian, T in closed
@@ -76,7 +76,17 @@ class Spatial:
         if self.orientation == "reach":
             return arm
         damping = Damping(length=self.hand)
-        return JacobianArm(RobotModel(self).plant, POSTURE, damping, p_BT=arm.p_BT)
+        return JacobianArm(
+            plant or RobotModel(self).plant, POSTURE, damping, p_BT=arm.p_BT
+        )
+
+    def arm_inverse(self, setup: RobotSetup) -> Any:
+        """Returns the arm's inverse: in closed form, or with the hand turned in W."""
+        arm: Any = setup.arm
+        limits, period = setup.joint_limits, setup.period
+        if self.orientation == "reach":
+            return ClosedFormInverse(arm, limits, period, by=setup.inverse)
+        return OrientedInverse(arm, limits, period, self.orientation)
 
     @property
     def _p_BS(self) -> tuple[float, float, float]:

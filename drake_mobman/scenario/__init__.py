@@ -1,1 +1,21 @@
 """What a scenario says, and where it is read from."""
+
+from drake_mobman.scenario.guided import Guided
+from drake_mobman.scenario.load import (
+    AnyScenario,
+    ScenarioError,
+    load_scenario,
+    scenario_paths,
+)
+from drake_mobman.scenario.scenario import Scenario
+from drake_mobman.scenario.teleop import Teleop
+
+__all__ = [
+    "AnyScenario",
+    "Guided",
+    "Scenario",
+    "ScenarioError",
+    "Teleop",
+    "load_scenario",
+    "scenario_paths",
+]

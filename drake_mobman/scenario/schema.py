@@ -19,6 +19,9 @@ from drake_mobman.parameters import ParameterError, checked
 TAG = "_tag"
 """Key under which Drake's YAML functions keep a mapping's `!Tag`."""
 
+NOT_IN_YAML = {"yaml": False}
+"""Metadata of a field that no file holds."""
+
 _DEEPEST = 40
 """Level to which YAML may be nested; a scenario goes to the sixth."""
 
@@ -159,7 +162,10 @@ def dump_yaml(data: Any) -> str:
 
 def dump_typed(obj: Any) -> str:
     """Returns a dataclass as YAML: every field, a tag at every union and at the top."""
-    return dump_yaml({TAG: f"!{type(obj).__name__}"} | plain(obj, type(obj)))
+    keys = {
+        key: x for key, x in plain(obj, type(obj)).items() if key in _keys(type(obj))
+    }
+    return dump_yaml({TAG: f"!{type(obj).__name__}"} | keys)
 
 
 def plain(obj: Any, schema: Any) -> Any:
@@ -244,7 +250,7 @@ def _conformed_union(
     if isinstance(data, str) and path:
         data = {TAG: data}
     if not isinstance(data, dict):
-        valid = _tags(members) if path else _keys(untagged)
+        valid = _tags(members) if path else _mapping(untagged)
         raise ParameterError(path or "the whole", data, valid)
     name = data.get(TAG, untagged.__name__)
     member = by_name.get(str(name).lstrip("!").lower())
@@ -258,25 +264,39 @@ def _tags(members: tuple[Any, ...]) -> str:
     return "must be one of " + ", ".join(f"!{member.__name__}" for member in members)
 
 
-def _keys(schema: Any) -> str:
-    names = ", ".join(field.name for field in dc.fields(schema))
-    return f"must be a mapping with keys of {names}"
+def _keys(schema: Any) -> dict[str, Any]:
+    """Returns the keys that a file may hold, with their types."""
+    fields = [field for field in dc.fields(schema) if field.metadata != NOT_IN_YAML]
+    return {field.name: field.type for field in fields}
+
+
+def _mapping(schema: Any) -> str:
+    return f"must be a mapping with keys of {', '.join(_keys(schema))}"
 
 
 def _conformed_mapping(data: Any, schema: Any, path: str) -> dict[str, Any]:
-    fields = {field.name: field.type for field in dc.fields(schema)}
+    fields = _keys(schema)
     if not isinstance(data, dict):
-        raise ParameterError(path or "the whole", data, _keys(schema))
+        raise ParameterError(path or "the whole", data, _mapping(schema))
     where = f"{path}." if path else ""
     for key, value in data.items():
         if key not in fields:
             valid = ", ".join(fields) or "none at all"
             raise ParameterError(f"{where}{key}", value, f"valid keys are: {valid}")
-    defaults = schema()
+    defaults = _defaults(data, schema, fields)
     return {
         key: _conformed(value, fields[key], f"{where}{key}", getattr(defaults, key))
         for key, value in data.items()
     }
+
+
+def _defaults(data: dict[str, Any], schema: Any, fields: dict[str, Any]) -> Any:
+    """Returns an instance of all defaults, as far as the data decides on them."""
+    defaults, key = schema(), getattr(schema, "decided_by", None)
+    if key is None or key not in data:
+        return defaults
+    given = _conformed(data[key], fields[key], key, getattr(defaults, key))
+    return yaml_load_typed(schema=schema, data=dump_yaml({key: given}))
 
 
 def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:

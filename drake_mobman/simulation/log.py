@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, Multiplexer
+from pydrake.systems.framework import Diagram
 
 from drake_mobman import signals
+from drake_mobman.diagrams.signal_log import LOG, signal_sizes
 
 Log = Mapping[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
@@ -20,31 +20,11 @@ WINDOW = 50_000
 STATE = (signals.BASE_POSE, signals.ARM_POSITION)
 """What all other signals follow from."""
 
-_NAME = "log"
-
-
-class _Signals(Multiplexer):
-    """All signals in one vector: one logger costs less than one for each."""
-
-    def __init__(self, ports: Mapping[str, Any]) -> None:
-        self.sizes = {name: port.size() for name, port in ports.items()}
-        super().__init__(list(self.sizes.values()))
-
-
-def log_signals(
-    builder: DiagramBuilder, ports: Mapping[str, Any], period: float
-) -> None:
-    """Logs each output port under its name, every `period` [s]."""
-    mux = builder.AddNamedSystem(f"{_NAME}.signals", _Signals(ports))
-    for i, port in enumerate(ports.values()):
-        builder.Connect(port, mux.get_input_port(i))
-    LogVectorOutput(mux.get_output_port(), builder, period).set_name(_NAME)
-
 
 def read_log(diagram: Diagram, context: Any) -> Log:
     """Returns what `log_signals` in `diagram` has logged so far."""
-    sizes = diagram.GetSubsystemByName(f"{_NAME}.signals").sizes
-    log = diagram.GetSubsystemByName(_NAME).FindLog(context)
+    sizes = signal_sizes(diagram)
+    log = diagram.GetSubsystemByName(LOG).FindLog(context)
     borders = np.cumsum(list(sizes.values()))[:-1]
     columns = np.split(log.data().T, borders, axis=1)
     values = map(np.ascontiguousarray, columns)
@@ -56,7 +36,7 @@ def read_log(diagram: Diagram, context: Any) -> Log:
 def drained_log(diagram: Diagram, context: Any) -> Log:
     """Returns what has been logged since the last call, and forgets it."""
     log = {name: x.copy() for name, x in read_log(diagram, context).items()}
-    diagram.GetSubsystemByName(_NAME).FindMutableLog(context).Clear()
+    diagram.GetSubsystemByName(LOG).FindMutableLog(context).Clear()
     return log
 
 

@@ -13,7 +13,7 @@ from drake_mobman.figures import figures_of
 from drake_mobman.figures.field import field_figures
 from drake_mobman.figures.scene import scene
 from drake_mobman.figures.style import SMALL
-from drake_mobman.scenario.scenario import AnyScenario, field_of
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.scenario.schema import dump_typed
 from drake_mobman.simulation.log import head, windows
 from drake_mobman.simulation.npz import write_npz
@@ -167,7 +167,7 @@ def write_field(
     Raises:
         OSError: where it cannot be written; then all is as it was.
     """
-    if (params := field_of(scenario)) is None:
+    if (params := scenario.base_controller) is None:
         return
     reach, smoother, names = scenario.robot.reach(), scenario.smoother, []
     with OutputFolder(path, FIELD) as folder:

@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from drake_mobman import signals
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.finite import (
     FAILURES,
     check_state_finite,

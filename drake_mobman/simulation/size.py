@@ -7,7 +7,7 @@ from pathlib import Path
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.servo import Servo
-from drake_mobman.scenario.scenario import AnyScenario
+from drake_mobman.scenario import AnyScenario
 
 _NUMBER = 8
 """Bytes of a number."""

@@ -2,7 +2,7 @@
 
 import dataclasses as dc
 import math
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -56,6 +56,13 @@ SIZE = len(NOBODY)
 @dc.dataclass
 class Operator:
     """An operator at the diagram's input port `operator_input`; nobody, if not fed."""
+
+    fed: ClassVar[bool] = True
+    finite: ClassVar[bool] = False
+
+    def build(self, period: float) -> Any:
+        """Returns the block, for a control period [s]."""
+        return LiveSource(period)
 
 
 class LiveSource(LeafSystem):

@@ -5,7 +5,7 @@ import math
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, ClassVar
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -72,6 +72,13 @@ class Recording:
             valid = f"must be played back at its own period of {recorded!r} s"
             raise ParameterError("file", self.file, f"{valid}, not at {period!r} s")
         return samples
+
+    fed: ClassVar[bool] = False
+    finite: ClassVar[bool] = False
+
+    def build(self, period: float) -> Any:
+        """Returns the block, for a control period [s]."""
+        return RecordedSource(self.samples(period), period)
 
 
 def write_samples(file: BinaryIO, samples: Any) -> None:

@@ -1,6 +1,7 @@
 """An operator's command by script: held for a time, or led smoothly to a new value."""
 
 import dataclasses as dc
+from typing import Any, ClassVar
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
@@ -71,6 +72,13 @@ class Script:
         """Raises `ParameterError` unless there are some repeats, and not too many."""
         most = _MOST_SEGMENTS // max(len(self.segments), 1)
         within(self, Range(1, most, f"for {len(self.segments)} segments"), "repeat")
+
+    fed: ClassVar[bool] = False
+    finite: ClassVar[bool] = True
+
+    def build(self, period: float) -> Any:
+        """Returns the block, for a control period [s]."""
+        return ScriptedSource(self, period)
 
 
 def script_trajectory(

@@ -28,7 +28,7 @@ from drake_mobman.decomposers.switching import Switching
 from drake_mobman.figures.comparison import draw_comparison
 from drake_mobman.figures.style import LIMIT
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.scenario import Teleop, load_scenario
+from drake_mobman.scenario import Teleop, load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 FILES = [
@@ -102,7 +102,7 @@ def test_names_are_those_that_a_scenario_takes():
     members = typing.get_args(typing.get_type_hints(Teleop)["decomposer"])
     assert list(names.values()) == list(members)
     for name, kind in names.items():
-        _, scenario = load_scenario("kwon_arbitrary", [f"decomposer={name.upper()}"])
+        scenario = load_scenario("kwon_arbitrary", [f"decomposer={name.upper()}"])
         assert type(scenario.decomposer) is kind
 
 
@@ -135,7 +135,7 @@ def test_table_is_the_metrics_of_runs_by_themselves(tmp_path):
     table = content_of(tmp_path / "kwon_1")["metrics"]
     page = (tmp_path / "kwon_1" / "comparison.md").read_text()
     for name in ("blending", "switching"):
-        _, scenario = load_scenario("kwon_1", [*overrides, f"decomposer={name}"])
+        scenario = load_scenario("kwon_1", [*overrides, f"decomposer={name}"])
         numbers = metrics(simulate(scenario))
         for key in ("ee_error_rms", "base_speed_max", "base_jerk_rms"):
             assert table[key][name] == numbers[key]
@@ -156,11 +156,11 @@ def test_own_decomposer_keeps_its_parameters_and_others_have_defaults(tmp_path):
         "blending": {"alpha": 9.0, "beta": 21.0, "share": "tanh"},
         "switching": {},
     }
-    _, scenario = load_scenario("kwon_1", ["decomposer=switching"])
+    scenario = load_scenario("kwon_1", ["decomposer=switching"])
     variants = with_each(scenario, chosen_decomposers(["blending"]))
     assert variants["blending"].decomposer == Blending()
     # How sharp goes by the size of the workspace; the share is the decomposer's own.
-    _, scenario = load_scenario("kwon_franka")
+    scenario = load_scenario("kwon_franka")
     variants = with_each(scenario, chosen_decomposers(["blending", "diffik"]))
     assert variants["blending"].decomposer == Blending(alpha=60.0, share="tanh")
 
@@ -302,7 +302,7 @@ def test_ctrl_c_ends_it_and_keeps_what_was_done(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def comparison():
-    _, scenario = load_scenario("kwon_arbitrary", ["duration=12", "guard.max_v_c=0.5"])
+    scenario = load_scenario("kwon_arbitrary", ["duration=12", "guard.max_v_c=0.5"])
     return compared(scenario, chosen_decomposers(["switching", "blending"]))
 
 
@@ -369,14 +369,14 @@ def test_limits_are_those_of_the_command_or_of_the_base_that_keeps_to_them(figur
     for row in panels(figure):
         assert [limits(axes) for axes in row] == [[0.5, -0.5], [0.4, -0.4], [1e4]]
     overrides = ["duration=1", "smoother.enabled=true", "smoother.max_speed=0.7"]
-    _, scenario = load_scenario("kwon_1", overrides)
+    scenario = load_scenario("kwon_1", overrides)
     kept = draw_comparison(compared(scenario, {"blending": Blending}).runs)
     assert [limits(axes) for axes in kept.axes] == [[0.7, -0.7], [1.0, -1.0], [1e4]]
 
 
 @pytest.mark.usefixtures("dying")
 def test_a_run_that_died_is_drawn_as_far_as_it_got():
-    _, scenario = load_scenario("kwon_1", ["duration=1"])
+    scenario = load_scenario("kwon_1", ["duration=1"])
     runs = compared(scenario, chosen_decomposers(["switching", "blending"])).runs
     died, whole = panels(draw_comparison(runs))
     assert "died" in died[0].get_title(loc="left")

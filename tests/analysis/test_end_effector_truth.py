@@ -19,7 +19,7 @@ from drake_mobman.robots.end_effector import ee_states
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 SAME = 1e-12
@@ -39,7 +39,7 @@ HAND_METRICS = ("ee_error_rms", "ee_error_max", "ee_drift_max", "workspace_exces
 
 @functools.cache
 def run_of(name, *overrides):
-    run = simulate(load_scenario(name, overrides)[1])
+    run = simulate(load_scenario(name, overrides))
     assert run.died == ""
     return run
 
@@ -151,7 +151,7 @@ def test_live_error_is_the_metrics_own(name):
 
 
 def test_a_session_of_a_robot_with_masses_shows_a_hand_that_follows():
-    scenario = load_scenario("kwon_spatial", ["fidelity=!Servo {}", "compiled=true"])[1]
+    scenario = load_scenario("kwon_spatial", ["fidelity=!Servo {}", "compiled=true"])
     with LiveSession(scenario) as session:
         seen = []
         start = time.monotonic()

@@ -65,8 +65,8 @@ def random_states(model, *, is_level=False, elbow=None, count=50):
         count: how many.
     """
     rng = np.random.default_rng(1)
-    low = np.append([-5.0, -5.0, -7.0], model.limits.lower)
-    high = np.append([5.0, 5.0, 7.0], model.limits.upper)
+    low = np.append([-5.0, -5.0, -7.0], model.joint_limits.lower)
+    high = np.append([5.0, 5.0, 7.0], model.joint_limits.upper)
     if elbow:
         index = BASE_JOINTS + model.arm_joints.index("elbow")
         low[index], high[index] = elbow
@@ -285,7 +285,11 @@ def test_joints_stand_in_the_order_of_the_arms(robot, names):
     assert model.arm_joints == names
     assert robot.arm().num_joints == len(names)
     assert model.plant.num_positions() == BASE_JOINTS + len(names)
-    for limits in (model.limits.lower, model.limits.upper, model.limits.velocity):
+    for limits in (
+        model.joint_limits.lower,
+        model.joint_limits.upper,
+        model.joint_limits.velocity,
+    ):
         assert len(limits) == len(names)
         assert np.isfinite(limits).all()
 

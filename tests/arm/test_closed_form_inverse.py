@@ -26,7 +26,7 @@ SLACK = 1.1e-9
 """How far past its limit a joint may be pushed [rad], and a creep of 1e-12 rad/s."""
 
 ROBOTS = {"planar": Planar(), "spatial": Spatial()}
-LIMITS = {name: RobotModel(robot).limits for name, robot in ROBOTS.items()}
+LIMITS = {name: RobotModel(robot).joint_limits for name, robot in ROBOTS.items()}
 ARMS = {name: robot.arm() for name, robot in ROBOTS.items()}
 HAND = {"planar": 0.0, "spatial": 0.12}
 

@@ -38,7 +38,7 @@ SAME = 1e-9
 """[rad/s], [m/s]: what the inverse of a Jacobian is off by, as its own test has it."""
 
 ARM = FrankaTiago().arm()
-LIMITS = RobotModel(FrankaTiago()).limits
+LIMITS = RobotModel(FrankaTiago()).joint_limits
 BLOCK = DampedInverse(ARM, LIMITS, PERIOD)
 
 SPEED = st.floats(-0.5, 0.5)

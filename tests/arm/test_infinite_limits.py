@@ -27,13 +27,12 @@ from drake_mobman.decomposers.exact import (
 )
 from drake_mobman.decomposers.limiter import Limiter
 from drake_mobman.decomposers.qp import Qp, QpDecomposer, rate_bounds
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.status import DecomposerStatus
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, WorkspaceLimits
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 
 PERIOD = 0.01
 
@@ -85,7 +84,7 @@ def every_combination(finite):
 
 
 COMBINATIONS = every_combination(FINITE)
-FRANKA = RobotModel(FrankaTiago()).limits
+FRANKA = RobotModel(FrankaTiago()).joint_limits
 OF_SEVEN = every_combination(
     JointLimits(FRANKA.lower, FRANKA.upper, FRANKA.velocity, [9.0] * 7)
 )
@@ -231,7 +230,7 @@ def test_an_arm_by_its_jacobian_keeps_what_limits_there_are():
 
 
 def test_exact_decomposition_keeps_them_on_an_arm_by_its_jacobian():
-    _, scenario = load_scenario("kwon_franka")
+    scenario = load_scenario("kwon_franka")
     block = make_decomposer(scenario, RobotModel(scenario.robot))
     limiter = block.limiter
     at = limiter.arm.ee_cylindrical(POSTURE)
@@ -275,7 +274,7 @@ def test_a_first_joint_without_limits_leaves_the_elbow_its_own(fed, outputs):
 
 @pytest.mark.parametrize("robot", [Planar(), Spatial()], ids=["planar", "spatial"])
 def test_a_joint_that_is_nowhere_makes_no_command_that_looks_like_one(robot, fed):
-    block = exact_block(robot, RobotModel(robot).limits)
+    block = exact_block(robot, RobotModel(robot).joint_limits)
     quick = compiled(block)
     arm = robot.arm()
     q = np.array(arm.inverse((1.0, 0.3, 0.0)))

@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import (
-    BASE_JOINTS,
-    RobotModel,
-    drawn_plant,
-    moving_joints,
-)
+from drake_mobman.robot_model import BASE_JOINTS, RobotModel
+from drake_mobman.robot_model.model import drawn_plant, moving_joints
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import Start, load_scenario
+from drake_mobman.scenario import load_scenario
+from drake_mobman.scenario.scenario import Start
 from drake_mobman.simulation.simulate import simulate
 
 SAME = 1e-9
@@ -102,7 +99,7 @@ def test_a_state_is_given_by_the_names_in_their_order(kinds):
     ],
 )
 def test_start_out_of_a_joints_range_names_that_joint(robot, joint, psi):
-    scenario = load_scenario("kwon_arbitrary")[1]
+    scenario = load_scenario("kwon_arbitrary")
     turned = dc.replace(scenario, robot=robot, start=Start(l=0.8, psi=psi))
     with pytest.raises(ParameterError, match=f"keep joint {joint} within"):
         turned.check()
@@ -110,7 +107,7 @@ def test_start_out_of_a_joints_range_names_that_joint(robot, joint, psi):
 
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial", "kwon_franka"])
 def test_start_is_the_same(name):
-    scenario = load_scenario(name)[1]
+    scenario = load_scenario(name)
     kinds = dict(PAIRS.values())
     turned = dc.replace(scenario, robot=kinds[type(scenario.robot)]())
     found, expected = (
@@ -165,7 +162,7 @@ RUNS = {
 @pytest.mark.parametrize("case", RUNS.values(), ids=RUNS)
 def test_runs_are_the_same(case):
     name, robot, *overrides = case
-    scenario = load_scenario(name, overrides)[1]
+    scenario = load_scenario(name, overrides)
     straight, turned = (moved(scenario, kind()) for kind in PAIRS[robot])
     assert straight.keys() == turned.keys()
     for signal, values in straight.items():

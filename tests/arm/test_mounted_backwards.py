@@ -12,12 +12,12 @@ from drake_mobman.analysis.metrics import metrics
 from drake_mobman.arm.end_effector_sensor import unwrapped
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.parameters import checked
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, WorkspaceLimits
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago, reduced_arm
 from drake_mobman.robots.kinematic import Kinematic
-from drake_mobman.scenario.scenario import Start, load_scenario
+from drake_mobman.scenario import load_scenario
+from drake_mobman.scenario.scenario import Start
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 
@@ -95,7 +95,7 @@ def test_inverse_brings_the_hand_to_the_psi_that_is_told(yaw, form):
 
 def backwards(fidelity):
     """Returns a run with the arm mounted backwards, its hand led past the back."""
-    _, scenario = load_scenario("kwon_franka")
+    scenario = load_scenario("kwon_franka")
     turn = [(0.5, 0.0), (2.0, 0.15), (4.0, -0.15), (2.0, 0.15)]
     scenario = dc.replace(
         scenario,
@@ -153,7 +153,7 @@ def test_free_arm_pulled_over_its_back_has_a_psi_without_a_jump(compiled):
     ]
     path = [dict(zip(("time", "x", "y", "z"), at, strict=True)) for at in places]
     still = "field={K_f: 0.0, K_r: 0.0, K_omega: 0.0}"
-    _, scenario = load_scenario(
+    scenario = load_scenario(
         "petric_guided",
         [f"hand.path={path}", "hand.releases=[]", still, "duration=11", compiled],
     )

@@ -24,7 +24,7 @@ from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import ScenarioError, load_scenario
+from drake_mobman.scenario import ScenarioError, load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.simulation.simulate import simulate
 
@@ -88,7 +88,7 @@ def with_limits(lower=LIMITS.lower, upper=LIMITS.upper, velocity=LIMITS.velocity
 @functools.cache
 def run_of(name, orientation, fidelity, *overrides):
     wanted = [f"robot.orientation={orientation}", f"fidelity={fidelity}", *overrides]
-    return simulate(load_scenario(name, SCENARIOS[name] + wanted)[1])
+    return simulate(load_scenario(name, SCENARIOS[name] + wanted))
 
 
 def hand_of(run):
@@ -259,7 +259,7 @@ def test_a_wrist_at_its_end_turns_the_hand_and_does_not_hold_up_the_arm(name):
     run = run_of(name, "held", "kinematic", *TURNED_FAR)
     wrist = run.log["arm_position"][:, -1]
     model = RobotModel(run.scenario.robot)
-    ends = model.limits.lower[-1], model.limits.upper[-1]
+    ends = model.joint_limits.lower[-1], model.joint_limits.upper[-1]
     ended = np.isclose(wrist, ends[0], atol=1e-6) | np.isclose(
         wrist, ends[1], atol=1e-6
     )
@@ -461,7 +461,7 @@ def test_an_orientation_that_is_none_is_refused():
 )
 def test_the_orientation_chooses_the_arms_inverse(name, orientation, block):
     overrides = [f"robot.orientation={orientation}"] if orientation else []
-    _, scenario = load_scenario(name, overrides)
+    scenario = load_scenario(name, overrides)
     made = make_arm_inverse(scenario, RobotModel(scenario.robot))
     assert isinstance(made, block)
 
@@ -487,7 +487,7 @@ def test_a_free_arm_is_none_of_its_business():
     logs = []
     for orientation in ("reach", "held"):
         overrides = ["duration=0.5", f"robot.orientation={orientation}"]
-        _, scenario = load_scenario("petric_guided", overrides)
+        scenario = load_scenario("petric_guided", overrides)
         diagram = make_guided_diagram(scenario)
         simulator = Simulator(diagram)
         simulator.AdvanceTo(scenario.duration)

@@ -20,7 +20,7 @@ from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 
@@ -188,7 +188,7 @@ def test_where_the_wrist_gives_way_the_derivatives_are_those_of_differences(join
 
 @pytest.mark.parametrize("joint", WRIST)
 def test_the_exact_law_reckons_with_a_wrist_that_gives_way(joint):
-    _, scenario = load_scenario("kwon_franka")
+    scenario = load_scenario("kwon_franka")
     limiter = make_decomposer(scenario, MODEL).limiter
     at, command = ARM.ee_cylindrical(AT), (0.05, 0.1, 0.02)
     for sign in (1, -1):
@@ -213,7 +213,7 @@ def test_the_exact_law_reckons_with_a_wrist_that_gives_way(joint):
 def run_of(orientation, segments, seconds, *overrides):
     kinematic = "fidelity=kinematic", f"robot.orientation={orientation}"
     wanted = [*kinematic, f"duration={seconds}", *overrides]
-    _, scenario = load_scenario("kwon_franka", wanted)
+    scenario = load_scenario("kwon_franka", wanted)
     run = simulate(dc.replace(scenario, source=Script(segments=segments)))
     assert run.died == ""
     return run

@@ -18,7 +18,8 @@ from drake_mobman.parameters import checked
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import ScenarioError, Start, load_scenario
+from drake_mobman.scenario import ScenarioError, load_scenario
+from drake_mobman.scenario.scenario import Start
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 
@@ -81,7 +82,7 @@ def held_commands(rng, up):
 def random_run(seed, name, decomposer):
     """Returns a run of held commands on a robot with its shoulder anywhere."""
     rng = np.random.default_rng(seed)
-    _, scenario = load_scenario(name, [f"decomposer={decomposer}", *FAST])
+    scenario = load_scenario(name, [f"decomposer={decomposer}", *FAST])
     kind = type(scenario.robot)
     d, e = rng.uniform(-0.4, 0.4, 2)
     scenario = dc.replace(
@@ -128,7 +129,7 @@ def test_hand_does_exactly_as_told(seed, name, decomposer):
 
 @pytest.mark.parametrize("aside", [0.2, -0.2])
 def test_franka_with_masses_does_as_told(aside):
-    _, scenario = load_scenario("kwon_franka", ["compiled=true", "duration=13"])
+    scenario = load_scenario("kwon_franka", ["compiled=true", "duration=13"])
     run = simulate(dc.replace(scenario, robot=FrankaTiago(mount_aside=aside)))
     found, told = velocities(run)
     # With masses, the hand has what it was told a tick before.
@@ -144,7 +145,7 @@ def test_hand_that_pulls_starts_where_the_tool_is():
     mounted = ["robot.mount_ahead=0.05", "robot.mount_aside=0.2", "start.theta=0.5"]
     with pytest.raises(ScenarioError) as refused:
         load_scenario("petric_guided", mounted)
-    scenario = load_scenario("petric_guided")[1]
+    scenario = load_scenario("petric_guided")
     robot = FrankaTiago(mount_ahead=0.05, mount_aside=0.2)
     model = RobotModel(robot)
     start = dc.replace(scenario.start, theta=0.5)

@@ -12,17 +12,15 @@ from hypothesis import strategies as st
 from drake_mobman.arm.first_joint import FirstJoint, turning_share, unwound
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.velocity_field import (
-    Reach,
     VelocityField,
     VelocityFieldController,
     Zone,
 )
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.exact import Exact, exact_base
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.status import DecomposerStatus
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.robot_model import Reach, RobotModel, WorkspaceLimits
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 
@@ -147,7 +145,7 @@ def test_without_limits_the_controller_asks_for_no_joints():
 
 @pytest.mark.parametrize("made", [lambda block: block, compiled], ids=["", "compiled"])
 def test_the_decomposer_names_the_end_that_holds_the_base(made, fed, outputs):
-    _, scenario = load_scenario("kwon_1", [FIELD.format("printed")])
+    scenario = load_scenario("kwon_1", [FIELD.format("printed")])
     block = made(make_decomposer(scenario, RobotModel(scenario.robot)))
     arm = scenario.robot.arm()
 
@@ -180,7 +178,7 @@ def test_the_decomposer_names_the_end_that_holds_the_base(made, fed, outputs):
 
 
 def run_of(name, *overrides, source=None):
-    _, scenario = load_scenario(name, list(overrides))
+    scenario = load_scenario(name, list(overrides))
     if source:
         scenario = dc.replace(scenario, source=source)
     run = simulate(scenario)
@@ -205,7 +203,7 @@ def check_no_joint_is_pressed(run):
 
     For as long as a base takes to stop it may: the first joint turns against the base.
     """
-    limits = RobotModel(run.scenario.robot).limits
+    limits = RobotModel(run.scenario.robot).joint_limits
     q, omega = run.log["arm_position"][:, 0], run.log["base_command_smoothed"][:, 1]
     at_rest = np.abs(run.log["ee_command"]).max(axis=1) == 0
     pressed = ((q < limits.lower[0] + 1e-6) & (omega > AT_REST)) | (

@@ -13,7 +13,6 @@ from pydrake.symbolic import MakeVectorVariable
 from drake_mobman.base.smoother import Smoother, smoothed
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.base.velocity_field import (
-    Reach,
     VelocityField,
     VelocityFieldController,
     Zone,
@@ -23,6 +22,7 @@ from drake_mobman.base.velocity_field import (
     field_zone,
 )
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robot_model import Reach
 from drake_mobman.scalars import saturated
 
 ROUNDING = 1e-12

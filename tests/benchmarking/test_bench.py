@@ -50,7 +50,7 @@ from drake_mobman.decomposers.switching import Switching
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.planar import Planar
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 ROUNDING = 1e-12
@@ -65,7 +65,7 @@ PERIOD = 0.01
 @pytest.fixture(scope="module")
 def scenario():
     # Both limits are crossed outwards, and the stick turns back.
-    return load_scenario("kwon_arbitrary", ["duration=16"])[1]
+    return load_scenario("kwon_arbitrary", ["duration=16"])
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +169,7 @@ def test_blocks_with_state_go_on_from_tick_to_tick(ticks):
 
 def qp_block(program=None):
     robot = Planar()
-    limits: JointLimits = RobotModel(robot).limits
+    limits: JointLimits = RobotModel(robot).joint_limits
     block = QpDecomposer(Qp(), robot.arm(), limits, PERIOD)
     if program:
         block.program = program
@@ -305,7 +305,7 @@ def test_garbage_collection_is_as_it_was(clock, enabled):
 
 
 def test_bare_plant_stands_where_the_whole_one_does():
-    _, scenario = load_scenario("petric_guided")
+    scenario = load_scenario("petric_guided")
     whole, bare = compiled_simulator(scenario), bare_plant(scenario)
     whole.AdvanceTo(4.0)
     follow(bare, whole)
@@ -352,7 +352,7 @@ def half_a_second(monkeypatch):
 
 
 def test_factors_are_simulated_over_wall_time_within_the_scenario(half_a_second):
-    _, scenario = load_scenario("petric_teleop", ["duration=0.9"])
+    scenario = load_scenario("petric_teleop", ["duration=0.9"])
     factors = real_time_factors(scenario, turns=2, stretch=2.0)
     # Three stretches, the first to warm up, fill the scenario.
     assert {name: len(taken) for name, taken in factors.items()} == {
@@ -459,7 +459,7 @@ def test_what_cannot_compete_is_left_out_and_said(monkeypatch):
 
     make = compare.make_decomposer
     monkeypatch.setattr(compare, "make_decomposer", picky)
-    _, scenario = load_scenario("kwon_1")
+    scenario = load_scenario("kwon_1")
     entered, missing = benchmark_cases(scenario)
     line = "with decomposer=switching: robot: 'Planar' is not valid; must be another"
     assert line in missing

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drake_mobman.cli.app import app
-from drake_mobman.scenario.scenario import ScenarioError, load_scenario
+from drake_mobman.scenario import ScenarioError, load_scenario
 
 MOBMAN = [sys.executable, "-m", "drake_mobman"]
 COMMANDS = ["list", "run", "compare", "bench", "drive", "graph", "field"]

@@ -27,7 +27,7 @@ from drake_mobman.console.plain import HOLD, RESET, STOP
 from drake_mobman.console.server import listening
 from drake_mobman.console.session import LiveSession
 from drake_mobman.meshcat import sealed_meshcat, unguessed_host
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.teleop.gate import Arming, GateStatus
 
 pytestmark = pytest.mark.realtime
@@ -501,7 +501,7 @@ class Panels:
 
 def test_panel_that_is_ended_frozen_or_killed_stops_the_robot_and_comes_back():
     said = []
-    _, scenario = load_scenario("kwon_arbitrary", ["gate.fresh=0.5"])
+    scenario = load_scenario("kwon_arbitrary", ["gate.fresh=0.5"])
     with LiveSession(scenario) as session:
         panel = PanelProcess(session, free_place(), said.append)
         thread = threading.Thread(target=panel.run)

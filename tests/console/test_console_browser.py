@@ -27,7 +27,7 @@ from drake_mobman.console.server import Server, listening
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.view import DRAGS
 from drake_mobman.meshcat import local_meshcat
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.gate import Arming, GateStatus
 
@@ -52,7 +52,7 @@ LAPTOP, PHONE = {"width": 1366, "height": 768}, {"width": 390, "height": 844}
 @pytest.fixture(scope="module")
 def session():
     # What has no smoother stops at once; here the base has to brake.
-    _, scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
+    scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
     with LiveSession(scenario) as session:
         yield session
 
@@ -934,7 +934,7 @@ def ended(process):
 
 def played_back(folder):
     """Plays a recording back, which has to be the same to the bit; returns its log."""
-    run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+    run = simulate(load_scenario(str(folder / "scenario.yaml")))
     kept = np.load(folder / "log.npz")
     assert set(kept.files) == run.log.keys()
     for name, values in run.log.items():
@@ -1076,7 +1076,7 @@ def middle_of_link(console, link):
 
 def test_meshcat_alone_drives_too_and_only_while_its_page_draws(browser):
     # A busy machine takes its time to draw.
-    _, scenario = load_scenario("kwon_arbitrary", ["gate.fresh=1.0"])
+    scenario = load_scenario("kwon_arbitrary", ["gate.fresh=1.0"])
     with LiveSession(scenario) as session:
         meshcat = local_meshcat("127.0.0.1")
         panel = Panel(session, meshcat)

@@ -24,7 +24,7 @@ from drake_mobman.console import session as session_module
 from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.recorder import PART, Recorder, finish
 from drake_mobman.console.session import LiveSession
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
 from drake_mobman.simulation.run_folder import RUN, write_log
 from drake_mobman.simulation.simulate import simulate
@@ -36,7 +36,7 @@ PATIENCE = 20.0
 
 
 def scenario_of(name="kwon_arbitrary", *overrides):
-    return load_scenario(name, overrides)[1]
+    return load_scenario(name, overrides)
 
 
 def until(condition, what):
@@ -232,7 +232,7 @@ def test_recorded_session_is_played_back_bit_for_bit(name, tmp_path):
         "manifest.sha256",
         COMMANDS,
     }
-    run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+    run = simulate(load_scenario(str(folder / "scenario.yaml")))
     assert run.log["time"][-1] > 3.0
     assert len(np.unique(run.log["gate_status"])) > 2
     assert np.abs(run.log["arm_velocity"]).max() > 0.05
@@ -246,7 +246,7 @@ from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.session import LiveSession
 from drake_mobman.scenario.scenario import load_scenario
 
-session = LiveSession(load_scenario("kwon_spatial")[1], record=Path(sys.argv[1]))
+session = LiveSession(load_scenario("kwon_spatial"), record=Path(sys.argv[1]))
 k = 0
 while True:
     k += 1
@@ -267,7 +267,7 @@ def test_killed_session_loses_at_most_its_last_second(tmp_path):
     os.kill(process.pid, signal.SIGKILL)
     process.communicate()
     assert (folder / PART).exists()
-    scenario = load_scenario(str(folder / "scenario.yaml"))[1]
+    scenario = load_scenario(str(folder / "scenario.yaml"))
     assert scenario.duration > shown - 1.0
     run = simulate(scenario)
     assert run.died == ""
@@ -291,7 +291,7 @@ def test_each_recording_after_a_reset_has_a_folder_of_its_own(tmp_path):
         session.record(tmp_path / "other")
         until(lambda: shown().recording == tmp_path / "other", "it records again")
     for name in ("session", "session-2", "other"):
-        run = simulate(load_scenario(str(tmp_path / name / "scenario.yaml"))[1])
+        run = simulate(load_scenario(str(tmp_path / name / "scenario.yaml")))
         same(run.log, tmp_path / name)
 
 
@@ -420,7 +420,7 @@ def test_recording_that_cannot_be_written_does_not_stop_the_session(tmp_path, fi
         until(lambda: session.snapshot().time > time_ + 0.1, "it goes on")
         assert session.snapshot().died == ""
     # What had been written before is a run folder.
-    run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+    run = simulate(load_scenario(str(folder / "scenario.yaml")))
     assert run.log["time"][-1] > 0.1
     same(run.log, folder)
 

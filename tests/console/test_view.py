@@ -25,7 +25,7 @@ from drake_mobman.console.plain import Panel
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.view import Frame, Picture, picture_page
 from drake_mobman.meshcat import sealed_meshcat
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.teleop.gate import Arming
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -51,7 +51,7 @@ class Drive:
     """A session that is driven ahead, fast, from a thread of its own."""
 
     def __init__(self):
-        self.session = LiveSession(load_scenario("kwon_arbitrary", FAST)[1])
+        self.session = LiveSession(load_scenario("kwon_arbitrary", FAST))
         self.goes = threading.Event()
         self.ended = threading.Event()
         self.thread = threading.Thread(target=self.run)
@@ -134,7 +134,7 @@ def test_floor_in_meshcat_stands_still_for_twenty_meters():
 
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "petric_guided"])
 def test_all_that_is_drawn_has_its_place_by_an_absolute_path(name):
-    _, scenario = load_scenario(name)
+    scenario = load_scenario(name)
     meshcat = sealed_meshcat()
     Picture(scenario).draw(meshcat)
     # Meshcat puts what has a relative path there, as it does what may be dragged.
@@ -176,7 +176,7 @@ def test_lines_are_bounded_and_told_whole_to_whoever_hears_how_often():
     with Drive() as drive:
         until(lambda: "base_pose" in drive.session.snapshot().signals, "it runs")
         snapshot = drive.session.snapshot()
-    picture = Picture(load_scenario("kwon_arbitrary")[1])
+    picture = Picture(load_scenario("kwon_arbitrary"))
     rng = np.random.default_rng(1)
     shown, drawn, way = Frame(), {}, 0.0
     for i in range(1500):
@@ -196,7 +196,7 @@ def test_lines_are_bounded_and_told_whole_to_whoever_hears_how_often():
 
 
 def test_page_of_the_picture_is_whole_by_itself():
-    _, scenario = load_scenario("petric_guided")
+    scenario = load_scenario("petric_guided")
     page = picture_page(Picture(scenario, ["link3"]))
     assert not re.search(r"new WebSocket\(url\)", page)
     assert not re.search(r"""src=["'](?!data:)""", page)

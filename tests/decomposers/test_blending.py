@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 from drake_mobman.decomposers.blending import (
     Blending,
     BlendingDecomposer,
-    blended_share,
     blending_shares,
 )
 from drake_mobman.decomposers.decomposer import share_decomposer
-from drake_mobman.decomposers.share import Projection, WorkspaceLimits
+from drake_mobman.decomposers.projection import Projection
+from drake_mobman.decomposers.share import blended_share
 from drake_mobman.decomposers.switching import Switching, switching_shares
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.robot_model import WorkspaceLimits
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 ROUNDING = 4e-16
@@ -252,7 +253,7 @@ SwappedDecomposer = share_decomposer("SwappedDecomposer_", swapped_shares)[None]
 
 @pytest.mark.parametrize("name", TABLE_2)
 def test_erratum_eq_16_as_printed_never_moves_the_arm(name):
-    _, scenario = load_scenario(name)
+    scenario = load_scenario(name)
 
     def make():
         return SwappedDecomposer(scenario.decomposer, scenario.workspace)
@@ -271,7 +272,7 @@ def test_erratum_eq_16_as_printed_never_moves_the_arm(name):
 
 @pytest.mark.parametrize("name", TABLE_2)
 def test_erratum_eq_16_with_shares_swapped_back_moves_the_arm(name):
-    _, scenario = load_scenario(name)
+    scenario = load_scenario(name)
     log = simulate(scenario).log
     # A metre, or three quarters of a radian, until the base takes over.
     moved = np.ptp(log["ee_cylindrical"], axis=0)[:2].max()

@@ -26,7 +26,7 @@ from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 PERIOD = 0.01
@@ -380,7 +380,7 @@ def test_parameters_that_are_none_are_refused(params, says):
 
 
 def run_of(name, *overrides):
-    scenario = load_scenario(name, overrides)[1]
+    scenario = load_scenario(name, overrides)
     return simulate(
         scenario,
         decomposer=lambda: DiffIkDecomposer(DiffIk(), scenario.robot, PERIOD),

@@ -17,12 +17,11 @@ from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.arm_compensation import base_induced_rates
 from drake_mobman.decomposers.exact import Exact, ExactDecomposer, exact_base
 from drake_mobman.decomposers.limiter import factor_within
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, WorkspaceLimits
 from drake_mobman.robots.planar import Planar
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 
@@ -142,7 +141,7 @@ def test_bad_parameters_are_refused(params, message):
 
 
 def block(name="kwon_arbitrary", *overrides):
-    _, scenario = load_scenario(name, ["decomposer=exact", *overrides])
+    scenario = load_scenario(name, ["decomposer=exact", *overrides])
     return make_decomposer(scenario, RobotModel(scenario.robot))
 
 
@@ -172,7 +171,7 @@ def test_each_limit_is_named(fed, outputs):
 
     def status(at, command, sent=(0.0, 0.0), smoother=None, **limits):
         n = arm.num_joints
-        model = RobotModel(planar).limits
+        model = RobotModel(planar).joint_limits
         joints = dc.replace(
             JointLimits(model.lower, model.upper, model.velocity), **limits
         )
@@ -257,7 +256,7 @@ def test_autodiff_gives_the_slope_of_a_finite_difference(fed, outputs):
 
 
 def run_of(name, *overrides, source=None):
-    _, scenario = load_scenario(name, ["decomposer=exact", *overrides])
+    scenario = load_scenario(name, ["decomposer=exact", *overrides])
     if source:
         scenario = dc.replace(scenario, source=source)
     run = simulate(scenario)
@@ -321,7 +320,7 @@ def test_hand_does_as_the_operator_says_and_keeps_the_workspace(name, smoother):
     check_a_minute(run)
     # So it is not for want of turning the base, nor of the limits being reached.
     assert np.abs(run.log["base_command_smoothed"]).max(axis=0).min() > 0.3
-    printed = metrics(simulate(load_scenario(name, ["decomposer=blending"])[1]))
+    printed = metrics(simulate(load_scenario(name, ["decomposer=blending"])))
     assert printed["ee_error_rms"] > 0.06
 
 
@@ -382,12 +381,12 @@ def test_hand_that_reaches_the_end_of_the_arm_comes_to_rest_with_its_base():
 @pytest.mark.parametrize("name", ["kwon_spatial", "kwon_franka"])
 def test_with_masses_the_hand_does_as_told_to_a_centimetre_a_second(name):
     servo = "fidelity=servo"
-    exact = metrics(simulate(load_scenario(name, [servo])[1]))
+    exact = metrics(simulate(load_scenario(name, [servo])))
     other = {
         "kwon_spatial": "decomposer=blending",
         "kwon_franka": "decomposer=!Blending {alpha: 60.0}",
     }[name]
-    blended = metrics(simulate(load_scenario(name, [servo, other])[1]))
+    blended = metrics(simulate(load_scenario(name, [servo, other])))
     assert exact["ee_error_rms"] < 0.01
     assert 4 * exact["ee_error_rms"] < blended["ee_error_rms"]
     assert max(exact["workspace_excess_max"].values()) < 0.005

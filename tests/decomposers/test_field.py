@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import InitializeAutoDiff
 
-from drake_mobman.base.velocity_field import Reach, VelocityField, field_velocity
+from drake_mobman.base.velocity_field import VelocityField, field_velocity
 from drake_mobman.decomposers.arm_compensation import arm_compensation
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.field import FieldDecomposer
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robot_model import Reach
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial

@@ -28,7 +28,7 @@ from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 PERIOD = 0.01
@@ -42,7 +42,7 @@ SLOPE = 1e-8
 
 ROBOTS = {"planar": Planar(shoulder_ahead=0.2), "spatial": Spatial(shoulder_aside=0.2)}
 ARMS = {name: robot.arm() for name, robot in ROBOTS.items()}
-LIMITS = {name: RobotModel(robot).limits for name, robot in ROBOTS.items()}
+LIMITS = {name: RobotModel(robot).joint_limits for name, robot in ROBOTS.items()}
 QPS = {name: QpDecomposer(Qp(), ARMS[name], LIMITS[name], PERIOD) for name in ROBOTS}
 BLOCKS = {f"qp, {name}": block for name, block in QPS.items()}
 BLOCKS |= {
@@ -147,7 +147,7 @@ def test_solution_of_a_bent_elbow_is_that_worked_out_by_hand():
     # 2 lambda = 0.02 added, u = J^T y where y = (0.3 * 4.52, -0.3 * 0.5) / 6.6204.
     arm = Planar().arm()
     q = np.array([math.pi / 4, -math.pi / 2])
-    limits = RobotModel(Planar()).limits
+    limits = RobotModel(Planar()).joint_limits
     block = QpDecomposer(Qp(damping=0.01), arm, limits, PERIOD)
     u, _ = block.rates(np.array([0.3, 0, 0]), arm.ee_cylindrical(q), q, np.zeros(4))
     expected = [0.2048215, -0.0320422, -0.0320422, 0.1288095]
@@ -189,9 +189,9 @@ def test_joints_keep_to_their_rates():
 
 @functools.cache
 def run_of(name, max_step, iterations):
-    scenario = load_scenario(name)[1]
+    scenario = load_scenario(name)
     params = Qp(max_step=max_step, iterations=iterations)
-    arm, limits = scenario.robot.arm(), RobotModel(scenario.robot).limits
+    arm, limits = scenario.robot.arm(), RobotModel(scenario.robot).joint_limits
     return simulate(
         scenario, decomposer=lambda: QpDecomposer(params, arm, limits, PERIOD)
     )
@@ -200,7 +200,7 @@ def run_of(name, max_step, iterations):
 def recorded(name, max_step):
     """Returns programs of 1,000 states of a recorded minute, equally spaced."""
     run = run_of(name, max_step, 4000)
-    arm, limits = run.scenario.robot.arm(), RobotModel(run.scenario.robot).limits
+    arm, limits = run.scenario.robot.arm(), RobotModel(run.scenario.robot).joint_limits
     params = Qp(max_step=max_step)
     signals = ("ee_command", "ee_cylindrical", "arm_position")
     return [
@@ -303,7 +303,7 @@ def test_arm_without_closed_form_is_refused():
     robot = FrankaTiago()
     says = r"^robot: 'JacobianArm' is not valid; must have an arm with a Jacobian"
     with pytest.raises(ParameterError, match=says):
-        QpDecomposer(Qp(), robot.arm(), RobotModel(robot).limits, PERIOD)
+        QpDecomposer(Qp(), robot.arm(), RobotModel(robot).joint_limits, PERIOD)
 
 
 # The block of every solver.

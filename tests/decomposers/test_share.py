@@ -6,13 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_mobman.decomposers.share import (
-    Projection,
-    WorkspaceLimits,
-    base_speed,
-    radial_weight,
-)
+from drake_mobman.decomposers.projection import Projection, base_speed, radial_weight
 from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.robot_model import WorkspaceLimits
 
 ROUNDING = 1e-15
 """A handful of operations on numbers of about 1."""

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_mobman.analysis.metrics import metrics
-from drake_mobman.decomposers.blending import Blending, blended_share, strict_share
-from drake_mobman.decomposers.share import WorkspaceLimits
+from drake_mobman.decomposers.blending import Blending
+from drake_mobman.decomposers.share import blended_share, strict_share
 from drake_mobman.parameters import ParameterError, checked
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.robot_model import WorkspaceLimits
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 ROUNDING = 1e-12
@@ -60,19 +61,19 @@ def test_what_is_inside_the_limits_stays_inside_under_any_held_command(
 def test_a_minute_of_operator_input_never_leaves_the_workspace():
     overrides = ["decomposer=!Blending {share: smoothstep}"]
     for name in ("kwon_arbitrary", "kwon_spatial"):
-        run = simulate(load_scenario(name, overrides)[1])
+        run = simulate(load_scenario(name, overrides))
         excess = metrics(run)["workspace_excess_max"]
         assert max(excess.values()) < ROUNDING
-        tanh = simulate(load_scenario(name, ["decomposer=blending"])[1])
+        tanh = simulate(load_scenario(name, ["decomposer=blending"]))
         assert min(metrics(tanh)["workspace_excess_max"].values()) > 0.05
 
 
 def test_the_tanh_share_creeps_by_the_logarithm():
-    run = simulate(load_scenario("kwon_1", ["start.l=1.6"])[1])
+    run = simulate(load_scenario("kwon_1", ["start.l=1.6"]))
     creep = math.log(1 + 2 * 21 * 0.35 * 14) / (2 * 21)
     end = run.log["ee_cylindrical"][-1, 0] - 1.6
     assert end == pytest.approx(creep, rel=0.01)
-    strict = load_scenario("kwon_1", ["start.l=1.6", "decomposer.share=smoothstep"])[1]
+    strict = load_scenario("kwon_1", ["start.l=1.6", "decomposer.share=smoothstep"])
     assert simulate(strict).log["ee_cylindrical"][-1, 0] == pytest.approx(
         1.6, abs=1e-12
     )

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_mobman.decomposers.share import WorkspaceLimits
 from drake_mobman.decomposers.switching import (
     Switching,
     SwitchingDecomposer,
     switched_share,
     switching_shares,
 )
+from drake_mobman.robot_model import WorkspaceLimits
 
 L_MIN, L_MAX, PSI_MIN, PSI_MAX = 0.4, 1.6, -0.7, 0.7
 

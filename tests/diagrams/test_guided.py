@@ -14,7 +14,7 @@ from drake_mobman.base.velocity_field import Zone, signed_distances
 from drake_mobman.guidance import guiding_hand
 from drake_mobman.parameters import Range
 from drake_mobman.robot_model import BASE_JOINTS
-from drake_mobman.scenario.scenario import ScenarioError, load_scenario
+from drake_mobman.scenario import ScenarioError, load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 EVERY = (
@@ -51,7 +51,7 @@ ROUNDING = 1e-12
 
 @functools.cache
 def run_of(name, *overrides):
-    return simulate(load_scenario(name, overrides)[1])
+    return simulate(load_scenario(name, overrides))
 
 
 @functools.cache
@@ -152,7 +152,7 @@ def source_of(diagram, system, port):
 
 
 def test_all_that_the_field_takes_is_told_from_the_joint_angles_alone():
-    diagram = make_diagram(load_scenario("petric_guided")[1], logged=False)
+    diagram = make_diagram(load_scenario("petric_guided"), logged=False)
     field, smoother, robot = map(
         diagram.GetSubsystemByName, ("field", "smoother", "robot")
     )
@@ -219,7 +219,7 @@ ONE_LEG = "hand.path=[{x: 0.58, z: 0.523}, {time: 5, x: 1.2, y: 0.5, z: 0.6}]"
     ],
 )
 def test_where_the_robot_stands_in_the_world_makes_no_difference(overrides, pose):
-    _, scenario = load_scenario("petric_guided", overrides)
+    scenario = load_scenario("petric_guided", overrides)
     here, there = (simulate(placed(scenario, *at)).log for at in ((0, 0, 0), pose))
     assert np.abs(here["base_command_smoothed"]).max() > 0.1
     for signal in ("base_command_smoothed", "arm_position"):
@@ -227,7 +227,7 @@ def test_where_the_robot_stands_in_the_world_makes_no_difference(overrides, pose
 
 
 def test_hand_that_is_commanded_leaves_the_base_to_the_joint_angles_too():
-    diagram = make_diagram(load_scenario("petric_teleop")[1], logged=False)
+    diagram = make_diagram(load_scenario("petric_teleop"), logged=False)
     decomposer = diagram.GetSubsystemByName("decomposer")
     robot = diagram.GetSubsystemByName("robot")
     assert source_of(diagram, decomposer, "arm_position") == (robot, "arm_position")
@@ -329,7 +329,7 @@ def test_base_rests_while_the_hand_is_in_the_passive_zone():
 @pytest.mark.parametrize("decomposer", ["exact", "blending"])
 def test_kwons_stick_works_on_this_robot(decomposer):
     chosen = {"exact": [], "blending": ["decomposer=!Blending {alpha: 60.0}"]}
-    run = simulate(load_scenario("kwon_franka", chosen[decomposer])[1])
+    run = simulate(load_scenario("kwon_franka", chosen[decomposer]))
     numbers = metrics(run)
     assert run.died == ""
     assert not run.log["arm_status"].any()
@@ -362,7 +362,7 @@ def test_kwons_stick_works_on_this_robot(decomposer):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_same_scenario_gives_the_same_log_bit_for_bit(name):
-    first, again = (simulate(load_scenario(name, ["duration=4"])[1]).log for _ in "12")
+    first, again = (simulate(load_scenario(name, ["duration=4"])).log for _ in "12")
     assert first.keys() == again.keys()
     for signal, values in first.items():
         assert values.tobytes() == again[signal].tobytes(), signal
@@ -370,7 +370,7 @@ def test_same_scenario_gives_the_same_log_bit_for_bit(name):
 
 @pytest.mark.parametrize("name", ["petric_guided", "petric_teleop"])
 def test_two_contexts_of_one_diagram_do_not_disturb_each_other(name):
-    diagram = make_diagram(load_scenario(name)[1], logged=False)
+    diagram = make_diagram(load_scenario(name), logged=False)
     first, second = Simulator(diagram), Simulator(diagram)
     first.AdvanceTo(3.0)
     signals = ("base_pose", "arm_position", "base_command_smoothed")
@@ -408,7 +408,7 @@ def test_hand_force_gone_non_finite_ends_the_run_and_keeps_the_log(monkeypatch):
 
     monkeypatch.setattr(guiding_hand, "hand_force", failing)
     overrides = ["duration=4", "compiled=false"]
-    run = simulate(load_scenario("petric_guided", overrides)[1])
+    run = simulate(load_scenario("petric_guided", overrides))
     assert_ended_with_its_log(run, 1.5)
     assert "the hand's force is not finite: p_WE = [" in run.died
 
@@ -422,7 +422,7 @@ def test_hand_too_stiff_for_the_plant_ends_the_run_and_keeps_the_log(
         monkeypatch.setattr(guiding_hand, key, Range(0.0, math.inf))
     overrides = ["hand.stiffness=1e300", "hand.max_force=1e300", "duration=4"]
     overrides.append(f"compiled={compiled}")
-    run = simulate(load_scenario("petric_guided", overrides)[1])
+    run = simulate(load_scenario("petric_guided", overrides))
     assert_ended_with_its_log(run, time)
 
 

@@ -13,7 +13,7 @@ from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.decomposers.decomposer import declare_decomposer_ports
 from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.simulation.simulate import simulate
 
@@ -25,7 +25,7 @@ ROUNDING = 4 * np.finfo(float).eps  # Of a sum of two commands below 1.
 
 @functools.cache
 def run_of(name, decomposer="blending"):
-    return simulate(load_scenario(name, [f"decomposer={decomposer}"])[1])
+    return simulate(load_scenario(name, [f"decomposer={decomposer}"]))
 
 
 @functools.cache
@@ -36,7 +36,7 @@ def metrics_of(name, decomposer="blending"):
 @pytest.mark.parametrize(("name", "decomposer"), EVERY_RUN)
 def test_same_scenario_gives_the_same_log_bit_for_bit(name, decomposer):
     log = run_of(name, decomposer).log
-    again = simulate(load_scenario(name, [f"decomposer={decomposer}"])[1]).log
+    again = simulate(load_scenario(name, [f"decomposer={decomposer}"])).log
     assert log.keys() == again.keys()
     for signal, values in log.items():
         assert values.tobytes() == again[signal].tobytes(), signal
@@ -224,7 +224,7 @@ def test_hand_of_the_log_is_where_drakes_kinematics_puts_it(name):
 def test_measured_velocity_tends_to_drakes_as_the_step_shrinks():
     def gap(period):
         overrides = [f"period={period}", "duration=20"]
-        _, scenario = load_scenario("kwon_arbitrary", overrides)
+        scenario = load_scenario("kwon_arbitrary", overrides)
         run = simulate(scenario)
         log, motion = run.log, ee_motion(run)
         model = RobotModel(scenario.robot)
@@ -250,14 +250,14 @@ def test_measured_velocity_tends_to_drakes_as_the_step_shrinks():
 
 def test_arm_command_inverted_by_rates_follows_the_one_by_positions():
     overrides = ["inverse=rates", "period=0.002"]
-    by_rates = simulate(load_scenario("kwon_arbitrary", overrides)[1]).log
-    by_positions = simulate(load_scenario("kwon_arbitrary", overrides[1:])[1]).log
+    by_rates = simulate(load_scenario("kwon_arbitrary", overrides)).log
+    by_positions = simulate(load_scenario("kwon_arbitrary", overrides[1:])).log
     gap = by_rates["ee_cylindrical"] - by_positions["ee_cylindrical"]
     assert np.abs(gap).max() < 5e-3
 
 
 def test_program_can_feed_the_command_itself():
-    _, scenario = load_scenario("kwon_1", ["source=external", "start.l=1.0"])
+    scenario = load_scenario("kwon_1", ["source=external", "start.l=1.0"])
     diagram = make_teleop_diagram(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -274,7 +274,7 @@ def test_program_can_feed_the_command_itself():
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e300, 0.41])
 def test_bad_command_ends_as_a_stop_of_the_whole_robot(bad):
-    _, scenario = load_scenario("kwon_arbitrary", ["source=external", "start.l=1.6"])
+    scenario = load_scenario("kwon_arbitrary", ["source=external", "start.l=1.6"])
     diagram = make_teleop_diagram(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -310,7 +310,7 @@ def test_state_gone_non_finite_keeps_the_log_so_far():
         def _arm(self, _context, output):
             output.SetFromVector([0.0, 0.0, 0.0])
 
-    run = simulate(load_scenario("kwon_1")[1], decomposer=Failing)
+    run = simulate(load_scenario("kwon_1"), decomposer=Failing)
     assert "died at t = 2.0" in run.died
     assert "not finite" in run.died
     assert run.log["time"][-1] == pytest.approx(2.0, abs=0.011)
@@ -319,7 +319,7 @@ def test_state_gone_non_finite_keeps_the_log_so_far():
 
 
 def test_two_contexts_of_one_diagram_do_not_disturb_each_other():
-    _, scenario = load_scenario("kwon_1")
+    scenario = load_scenario("kwon_1")
     diagram = make_teleop_diagram(scenario, logged=False)
     first, second = Simulator(diagram), Simulator(diagram)
     first.AdvanceTo(8.0)

@@ -3,14 +3,14 @@
 import pytest
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.diagrams.wiring import connect_by_name, outputs
+from drake_mobman.robots.robot import make_robot
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
-from drake_mobman.robots.robot import make_robot
-from drake_mobman.scenario.scenario import load_scenario, scenario_paths
+from drake_mobman.scenario import load_scenario, scenario_paths
 
 
 class Taking(LeafSystem):
@@ -48,7 +48,7 @@ def test_input_that_finds_no_signal_is_refused_with_the_names_that_there_are():
 
 @pytest.mark.parametrize("source", ["script", "external", "operator"])
 def test_decomposer_that_takes_what_nobody_puts_out_is_refused(source):
-    scenario = load_scenario("kwon_1", [f"source={source}"])[1]
+    scenario = load_scenario("kwon_1", [f"source={source}"])
     make_diagram(scenario, decomposer=Taking("ee_command"))
     with pytest.raises(ValueError, match="nobody puts out its input 'workspce'"):
         make_diagram(scenario, decomposer=Taking("ee_command", "workspce"))
@@ -57,7 +57,7 @@ def test_decomposer_that_takes_what_nobody_puts_out_is_refused(source):
 @pytest.mark.parametrize("name", scenario_paths())
 @pytest.mark.parametrize("source", ["", "source=operator"])
 def test_no_input_of_a_scenarios_blocks_is_open_but_forces(name, source):
-    scenario = load_scenario(name, [source] if source else [])[1]
+    scenario = load_scenario(name, [source] if source else [])
     diagram = make_diagram(scenario)
     context = diagram.CreateDefaultContext()
     given = [diagram.get_input_port(i) for i in range(diagram.num_input_ports())]

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.velocity_field import (
-    Reach,
     VelocityField,
     field_velocity,
     signed_distances,
@@ -17,6 +16,7 @@ from drake_mobman.base.velocity_field import (
 )
 from drake_mobman.figures import field
 from drake_mobman.figures.field import HEIGHTS, distances, field_figures
+from drake_mobman.robot_model import Reach
 
 REACH = Reach(l_0=0.8, r_f=0.7)
 PARAMS = VelocityField()

@@ -12,18 +12,18 @@ from matplotlib.lines import Line2D
 
 from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
-from drake_mobman.decomposers.blending import blended_share
-from drake_mobman.decomposers.share import base_speed, radial_weight
+from drake_mobman.decomposers.projection import base_speed, radial_weight
+from drake_mobman.decomposers.share import blended_share
 from drake_mobman.figures import draw_figures
 from drake_mobman.figures.style import LIMIT
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import Run, simulate
 
 BOTH = ("linear", "angular")
 
 
 def run_of(name: str, *overrides: str) -> Run:
-    return simulate(load_scenario(name, overrides)[1])
+    return simulate(load_scenario(name, overrides))
 
 
 @pytest.fixture(scope="module")

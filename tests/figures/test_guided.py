@@ -15,7 +15,7 @@ from drake_mobman.analysis.metrics import metrics
 from drake_mobman.base.velocity_field import Zone
 from drake_mobman.figures import draw_figures
 from drake_mobman.figures.style import LIMIT, LIMIT_LINE
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import Run, simulate
 
 GUIDED = {"strip", "hand_force", "zones", "path", "base_commands", "manipulability"}
@@ -23,7 +23,7 @@ COMMANDED = {"linear", "decomposition", "hand_velocity", "path", "manipulability
 
 
 def run_of(name: str, *overrides: str) -> Run:
-    return simulate(load_scenario(name, ("duration=2", *overrides))[1])
+    return simulate(load_scenario(name, ("duration=2", *overrides)))
 
 
 @pytest.fixture(scope="module")

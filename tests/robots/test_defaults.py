@@ -15,7 +15,7 @@ from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import (
+from drake_mobman.scenario import (
     AnyScenario,
     Guided,
     ScenarioError,
@@ -84,8 +84,8 @@ def mine(tmp_path, text):
 
 def test_from_yaml_by_override_and_from_python_it_is_the_same(tmp_path):
     by_python = Teleop(robot=FrankaTiago())
-    by_file = load_scenario(mine(tmp_path, "robot: !FrankaTiago {}"))[1]
-    by_override = load_scenario(mine(tmp_path, ""), ["robot=frankatiago"])[1]
+    by_file = load_scenario(mine(tmp_path, "robot: !FrankaTiago {}"))
+    by_override = load_scenario(mine(tmp_path, ""), ["robot=frankatiago"])
     assert by_file == by_override == by_python
     assert by_python.workspace == default_of(FrankaTiago(), type(by_python.workspace))
     assert by_python.start.l < 0.8
@@ -94,7 +94,7 @@ def test_from_yaml_by_override_and_from_python_it_is_the_same(tmp_path):
 
 def test_robot_of_another_size_is_fitted_by_override(tmp_path):
     overrides = ["robot.upper_link=0.5", "robot.lower_link=0.5"]
-    scenario = load_scenario(mine(tmp_path, ""), overrides)[1]
+    scenario = load_scenario(mine(tmp_path, ""), overrides)
     assert scenario == Teleop(robot=Planar(upper_link=0.5, lower_link=0.5))
     assert (scenario.workspace.l_min, scenario.workspace.l_max) == (0.2, 0.8)
     assert scenario.start.l == 0.5
@@ -102,7 +102,7 @@ def test_robot_of_another_size_is_fitted_by_override(tmp_path):
 
 def test_what_is_said_lies_over_what_the_robot_brings(tmp_path):
     text = "{robot: !FrankaTiago {}, workspace: {l_max: 0.65}, decomposer: {alpha: 9}}"
-    scenario = load_scenario(mine(tmp_path, text))[1]
+    scenario = load_scenario(mine(tmp_path, text))
     plain = Teleop(robot=FrankaTiago())
     assert scenario.workspace == dc.replace(plain.workspace, l_max=0.65)
     assert scenario.decomposer == dc.replace(plain.decomposer, alpha=9.0)
@@ -117,7 +117,7 @@ def test_members_of_unions_and_lists_are_the_robots_own_too(tmp_path):
     decomposer: !Blending {beta: 9}
     alternatives: [!Exact {phi_min: 0.1}, !VelocityField {b_d: 0.31}, !DiffIk {}]
     """
-    scenario = load_scenario(mine(tmp_path, text))[1]
+    scenario = load_scenario(mine(tmp_path, text))
     robot = FrankaTiago()
     exact, field, _ = scenario.alternatives
     assert scenario.decomposer == dc.replace(default_of(robot, Blending), beta=9.0)
@@ -128,7 +128,7 @@ def test_members_of_unions_and_lists_are_the_robots_own_too(tmp_path):
 
 
 def test_dumped_scenario_says_all_of_it(tmp_path):
-    scenario = load_scenario(mine(tmp_path, "robot: !FrankaTiago {}"))[1]
+    scenario = load_scenario(mine(tmp_path, "robot: !FrankaTiago {}"))
     said = yaml.load(dump_typed(scenario).replace("!", "#"), yaml.SafeLoader)
     assert said["ee_cylindrical"] == dc.asdict(scenario.workspace)
     assert said["start"] == dc.asdict(scenario.start)

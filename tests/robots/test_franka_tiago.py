@@ -34,8 +34,8 @@ def other():
 def random_states(model, count=50):
     """Yields base and joint positions; the arm's stay within their limits."""
     rng = np.random.default_rng(0)
-    low = np.append([-5.0, -5.0, -7.0], model.limits.lower)
-    high = np.append([5.0, 5.0, 7.0], model.limits.upper)
+    low = np.append([-5.0, -5.0, -7.0], model.joint_limits.lower)
+    high = np.append([5.0, 5.0, 7.0], model.joint_limits.upper)
     yield from rng.uniform(low, high, (count, len(low)))
 
 

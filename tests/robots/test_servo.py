@@ -7,16 +7,16 @@ import re
 
 import numpy as np
 import pytest
+from drake_mobman.robots.robot import make_robot
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
-from drake_mobman.robots.robot import make_robot
 from drake_mobman.robots.servo import Servo, make_servo_robot
 from drake_mobman.robots.spatial import Spatial
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
 PERIOD, STEP = 0.01, 0.002
@@ -471,7 +471,7 @@ def test_two_contexts_of_one_robot_do_not_disturb_each_other():
 
 def test_a_run_of_kwon_ends_with_masses_where_it_ends_without():
     kinematic, servo = (
-        simulate(load_scenario("kwon_1", [f"fidelity={fidelity}"])[1]).log
+        simulate(load_scenario("kwon_1", [f"fidelity={fidelity}"])).log
         for fidelity in ("kinematic", "servo")
     )
     gap = servo["ee_cylindrical"][-1] - kinematic["ee_cylindrical"][-1]

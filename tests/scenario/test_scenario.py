@@ -5,7 +5,7 @@ import pytest
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.switching import Switching
-from drake_mobman.scenario.scenario import (
+from drake_mobman.scenario import (
     Guided,
     ScenarioError,
     Teleop,
@@ -31,7 +31,7 @@ def test_defaults_are_those_of_table_1():
     assert (scenario.guard.max_v_c, scenario.guard.max_omega_c) == (0.4, 0.4)
     assert scenario.decomposer == Exact()
     for number in "1234":
-        scenario = load_scenario(f"kwon_{number}")[1]
+        scenario = load_scenario(f"kwon_{number}")
         assert scenario.decomposer == Blending(alpha=21.0, beta=21.0)
 
 
@@ -45,7 +45,7 @@ def test_defaults_are_those_of_table_1():
     ],
 )
 def test_scenarios_are_those_of_table_2(name, l, psi, v_c, omega_c):
-    _, scenario = load_scenario(name)
+    scenario = load_scenario(name)
     assert (scenario.start.l, scenario.start.psi, scenario.start.z) == (l, psi, 0.0)
     assert scenario.source == Script(
         [Held(duration=1.0), Held(duration=14.0, v_c=v_c, omega_c=omega_c)]
@@ -54,18 +54,18 @@ def test_scenarios_are_those_of_table_2(name, l, psi, v_c, omega_c):
 
 @pytest.mark.parametrize("name", scenario_paths())
 def test_resolved_scenario_loads_as_the_same(name, tmp_path):
-    _, scenario = load_scenario(name)
+    scenario = load_scenario(name)
     file = tmp_path / "some_run" / "scenario.yaml"
     file.parent.mkdir()
     file.write_text(dump_typed(scenario))
-    again_name, again = load_scenario(str(file))
+    again = load_scenario(str(file))
     assert again == scenario
     assert again_name == "some_run"
 
 
 @pytest.mark.parametrize("name", scenario_paths())
 def test_every_scenario_has_one_line_that_says_what_it_is(name):
-    _, scenario = load_scenario(name)
+    scenario = load_scenario(name)
     assert 20 < len(scenario.description) < 100
     assert "\n" not in scenario.description
 
@@ -74,20 +74,20 @@ def test_every_scenario_has_one_line_that_says_what_it_is(name):
     "spelling", ["!Switching", "!Switching {}", "Switching", "switching", "SWITCHING"]
 )
 def test_decomposer_is_chosen_by_tag_or_by_name(spelling):
-    _, scenario = load_scenario("kwon_1", [f"decomposer={spelling}"])
+    scenario = load_scenario("kwon_1", [f"decomposer={spelling}"])
     assert scenario.decomposer == Switching()
 
 
 def test_later_layers_lie_over_earlier_ones():
     overrides = ["decomposer=blending", "decomposer.alpha=5", "decomposer.alpha=6"]
-    _, scenario = load_scenario("kwon_1", overrides)
+    scenario = load_scenario("kwon_1", overrides)
     assert scenario.decomposer == Blending(alpha=6.0, beta=21.0)
     assert scenario.start.l == 0.0  # The file's, not the default.
 
 
 def test_override_takes_whole_lists_of_tagged_members():
     text = "source.segments=[!Held {duration: 2}, !Smooth {duration: 1e-1, v_c: 0.1}]"
-    _, scenario = load_scenario("kwon_1", [text])
+    scenario = load_scenario("kwon_1", [text])
     assert scenario.source.segments == [Held(duration=2.0), Smooth(0.1, v_c=0.1)]
 
 

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.cli.app import app
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation import log as log_module
 from drake_mobman.simulation import npz
 from drake_mobman.simulation.log import (
@@ -79,7 +79,7 @@ def test_size_of_a_log_is_that_of_what_is_logged(tmp_path, monkeypatch):
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()
     part = tmp_path / "part"
-    simulated(load_scenario("kwon_1", ["duration=1"])[1], part=part)
+    simulated(load_scenario("kwon_1", ["duration=1"]), part=part)
     with part.open("rb") as file:
         row = 8 * sum(json.loads(file.readline()).values())
     size = 2 * 100_001 * row / 1e6
@@ -104,7 +104,7 @@ def test_what_would_never_be_built_or_end_is_refused(tmp_path, name, settings, k
 
 
 def test_what_has_no_room_in_memory_is_refused_in_programs_too():
-    scenario = dc.replace(load_scenario("kwon_1")[1], duration=9e9)
+    scenario = dc.replace(load_scenario("kwon_1"), duration=9e9)
     with pytest.raises(ValueError, match=r"samples .* of memory"):
         simulate(scenario)
 
@@ -126,7 +126,7 @@ def test_recording_that_never_ends_is_refused(tmp_path, kind):
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
     """The same run's log by Drake's own logger, in memory, and on disk."""
-    scenario = load_scenario("kwon_arbitrary", ["duration=25"])[1]
+    scenario = load_scenario("kwon_arbitrary", ["duration=25"])
     diagram = make_diagram(scenario)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(25.0)
@@ -251,7 +251,7 @@ _RUNS = {}
 
 def simulated_once(name, overrides):
     if (name, overrides) not in _RUNS:
-        run = simulated(load_scenario(name, overrides)[1])
+        run = simulated(load_scenario(name, overrides))
         assert run.died == ""
         _RUNS[name, overrides] = run
     return _RUNS[name, overrides]

@@ -12,7 +12,7 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.compiled import compiled
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.guard import CommandGuard, Guard, GuardStatus
 
@@ -160,7 +160,7 @@ def test_run_with_a_signal_that_is_not_finite_dies_then_and_names_it(
     port, value, made, smoothed
 ):
     overrides = [f"smoother.enabled={smoothed}", f"compiled={made}", "duration=6"]
-    scenario = load_scenario("kwon_1", [*overrides, "start.l=1"])[1]
+    scenario = load_scenario("kwon_1", [*overrides, "start.l=1"])
     run = simulate(scenario, decomposer=lambda: Breaking(port, value, 2.135))
     why = f"died at t = 2.14 s: {port} is not finite any more"
     # What a block has raised of it, if it did, is told after that.
@@ -170,7 +170,7 @@ def test_run_with_a_signal_that_is_not_finite_dies_then_and_names_it(
 
 
 def test_run_dies_of_a_signal_that_is_not_finite_for_a_single_tick():
-    scenario = load_scenario("kwon_1", ["duration=1", "start.l=1"])[1]
+    scenario = load_scenario("kwon_1", ["duration=1", "start.l=1"])
     block = Breaking("base_contribution", math.inf, 0.425, 0.435)
     run = simulate(scenario, decomposer=lambda: block)
     assert run.died == "died at t = 0.43 s: base_contribution is not finite any more"

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from drake_mobman.cli.app import app
 from drake_mobman.figures import COMMANDED
 from drake_mobman.report import job
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.manifest import DRAFT, MANIFEST, hash_of, read_manifest
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
 from drake_mobman.simulation.simulate import simulated
@@ -466,7 +466,7 @@ def test_run_that_dies_before_its_first_sample_leaves_a_folder(tmp_path, monkeyp
     assert line.startswith("mobman: kwon_1: died at t = 0 s: no diagram today")
     folder = tmp_path / "kwon_1"
     assert "no diagram today" in (folder / "metrics.json").read_text()
-    assert load_scenario(str(folder / "scenario.yaml"))[1].duration == 0.3
+    assert load_scenario(str(folder / "scenario.yaml")).duration == 0.3
     assert len(np.load(folder / "log.npz")["time"]) == 0
 
 

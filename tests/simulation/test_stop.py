@@ -18,7 +18,7 @@ import time
 import numpy as np
 import pytest
 
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.manifest import DRAFT, MANIFEST, hash_of, read_manifest
 
 pytestmark = pytest.mark.realtime

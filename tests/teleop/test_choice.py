@@ -14,7 +14,7 @@ from pydrake.systems.analysis import Simulator
 from drake_mobman.console.choices import choices, live
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.teleop.choice import (
     ControllerSelector,
@@ -79,7 +79,7 @@ AT = {
 @pytest.fixture
 def kwon():
     """A scenario with all alternatives, its decomposers, and inputs to them."""
-    scenario = live(load_scenario("kwon_arbitrary")[1])
+    scenario = live(load_scenario("kwon_arbitrary"))
     model = RobotModel(scenario.robot)
     blocks = [
         make_decomposer(dc.replace(scenario, decomposer=one), model)
@@ -151,7 +151,7 @@ HOLD = 150
 
 def driven(change, order, command=(0.2, 0.1, 0.0), start=()):
     """Returns the log of a held command while one after another is chosen."""
-    scenario = live(load_scenario("kwon_arbitrary", list(start))[1])
+    scenario = live(load_scenario("kwon_arbitrary", list(start)))
     scenario.transition = change
     order = [choices(scenario).index(name) for name in order]
     diagram = make_teleop_diagram(scenario)
@@ -189,7 +189,7 @@ def test_change_makes_no_jump_of_base_or_arm():
 def test_every_one_of_them_drives_in_turn():
     log = driven(Transition(), EACH, start=NEAR_LIMIT)
     _, now, weight = log["handover"].T
-    scenario = live(load_scenario("kwon_arbitrary")[1])
+    scenario = live(load_scenario("kwon_arbitrary"))
     names = [choices(scenario)[int(i)] for i in now[HOLD - 1 :: HOLD]]
     assert tuple(names) == EACH
     assert (weight[HOLD - 1 :: HOLD] == 1).all()

@@ -15,7 +15,7 @@ from drake_mobman.analysis.motion import holding
 from drake_mobman.guidance.guiding_hand import Hand
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import FrankaTiago
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.simulation.simulate import Run
 from drake_mobman.teleop.drag import NOTHING, Drag, Dragged
@@ -39,7 +39,7 @@ SLACK = 0.1
 
 def driven(name, said, overrides=()):
     """Returns scenario and log of samples, each with a duration [s]."""
-    scenario = load_scenario(name, ["source=operator", *overrides])[1]
+    scenario = load_scenario(name, ["source=operator", *overrides])
     diagram = make_diagram(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -240,7 +240,7 @@ START, LET_GO = 20, 420  # Samples.
 def dragged():
     """The last link is dragged 0.8 m ahead of where it is over the base, and let go."""
     model = RobotModel(FrankaTiago())
-    scenario = load_scenario("petric_guided")[1]
+    scenario = load_scenario("petric_guided")
     q = scenario.start_position(model)
     link = model.arm_bodies["link7"]
     p_WQ, _ = model.point_W(link, POINT, [*q, *np.zeros(10)])
@@ -304,7 +304,7 @@ def test_error_of_the_hand_is_told_while_it_holds_the_tool_alone():
 def test_arm_that_is_held_anywhere_by_its_hand_does_not_shake(seed):
     # Held by an edge of its hand, the arm gives way most easily.
     model = RobotModel(FrankaTiago())
-    scenario = load_scenario("petric_guided")[1]
+    scenario = load_scenario("petric_guided")
     q = scenario.start_position(model)
     rng = np.random.default_rng(seed)
     body = model.arm_bodies["hand"]

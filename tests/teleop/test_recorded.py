@@ -12,7 +12,7 @@ from pydrake.systems.primitives import VectorLogSink
 from drake_mobman.console.choices import live
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
-from drake_mobman.scenario.scenario import Guided, ScenarioError, load_scenario
+from drake_mobman.scenario import Guided, ScenarioError, load_scenario
 from drake_mobman.scenario.schema import dump_typed
 from drake_mobman.simulation.log import read_log
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
@@ -193,7 +193,7 @@ def operated(rng, ticks, choices, bodies):
     "name", ["kwon_arbitrary", "kwon_spatial", "petric_teleop", "petric_guided"]
 )
 def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
-    scenario = live(load_scenario(name)[1])
+    scenario = live(load_scenario(name))
     diagram = make_diagram(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -212,7 +212,7 @@ def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
     assert not guided or len(np.unique(log["drag"][:, 0])) > 2
 
     path = written(tmp_path, scenario, log["operator_input"])
-    run = simulate(load_scenario(path)[1])
+    run = simulate(load_scenario(path))
     assert run.died == ""
     assert run.log.keys() == log.keys()
     for signal, values in log.items():
@@ -222,10 +222,10 @@ def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
 def test_a_replays_folder_plays_back_by_itself_wherever_it_goes(tmp_path):
     (tmp_path / "me").mkdir()
     said = operated(np.random.default_rng(5), 60, 1, [])
-    given = written(tmp_path / "me", load_scenario("kwon_1")[1], said)
+    given = written(tmp_path / "me", load_scenario("kwon_1"), said)
 
     def replayed(path, folder):
-        run = simulate(load_scenario(str(path))[1])
+        run = simulate(load_scenario(str(path)))
         with OutputFolder(folder, RUN) as place:
             write_log(run, place)
         return run.log
@@ -245,20 +245,20 @@ def test_a_replays_folder_plays_back_by_itself_wherever_it_goes(tmp_path):
 
 def test_recording_is_found_beside_its_scenario(tmp_path, monkeypatch):
     (tmp_path / "session").mkdir()
-    kwon = load_scenario("kwon_1")[1]
+    kwon = load_scenario("kwon_1")
     path = written(tmp_path / "session", kwon, anything(5), duration=90.0)
     monkeypatch.chdir(tmp_path / "session")
-    name, scenario = load_scenario("scenario.yaml")
+    scenario = load_scenario("scenario.yaml")
     monkeypatch.chdir("/")
     assert scenario.source.samples(PERIOD).shape == (5, SIZE)
-    assert name == "session"
-    assert load_scenario(path)[1] == scenario
+    assert scenario.name == "session"
+    assert load_scenario(path) == scenario
 
 
 def test_run_lasts_as_long_as_the_recording_or_shorter_if_asked(tmp_path):
-    path = written(tmp_path, load_scenario("kwon_1")[1], anything(5), duration=90.0)
-    assert load_scenario(path)[1].duration == 4 * PERIOD
-    assert load_scenario(path, ["duration=0.02"])[1].duration == 0.02
+    path = written(tmp_path, load_scenario("kwon_1"), anything(5), duration=90.0)
+    assert load_scenario(path).duration == 4 * PERIOD
+    assert load_scenario(path, ["duration=0.02"]).duration == 0.02
 
 
 OLD = HEADER.partition(b"; period")[0] + b"\n"
@@ -267,10 +267,10 @@ OLD = HEADER.partition(b"; period")[0] + b"\n"
 
 @pytest.mark.parametrize("first", [HEADER, OLD], ids=["header", "scenario beside it"])
 def test_recording_is_refused_at_another_period(tmp_path, first):
-    path = written(tmp_path, load_scenario("kwon_1")[1], anything(5), duration=90.0)
+    path = written(tmp_path, load_scenario("kwon_1"), anything(5), duration=90.0)
     file = tmp_path / COMMANDS
     file.write_bytes(first + anything(5).tobytes())
-    assert load_scenario(path)[1].duration == 4 * PERIOD
+    assert load_scenario(path).duration == 4 * PERIOD
     with pytest.raises(ScenarioError) as refusal:
         load_scenario(path, ["period=0.02"])
     told = str(refusal.value)
@@ -279,7 +279,7 @@ def test_recording_is_refused_at_another_period(tmp_path, first):
         "must be played back at its own period of 0.01 s, not at 0.02 s"
     )
     # From Python, too.
-    played = dc.replace(load_scenario(path)[1], period=0.02)
+    played = dc.replace(load_scenario(path), period=0.02)
     with pytest.raises(ParameterError, match=r"own period of 0\.01 s, not at 0\.02 s$"):
         make_diagram(played)
 
@@ -289,18 +289,18 @@ def test_old_recording_alone_is_played_back_at_any_period(tmp_path):
     file.write_bytes(OLD + anything(5).tobytes())
     override = f"source=!Recording {{file: {file}}}"
     for period in (0.01, 0.02):
-        _, scenario = load_scenario("kwon_1", [override, f"period={period}"])
+        scenario = load_scenario("kwon_1", [override, f"period={period}"])
         assert scenario.duration == 4 * period
 
 
 def test_scenario_without_its_recording_is_refused_in_a_line(tmp_path):
-    path = written(tmp_path, load_scenario("kwon_1")[1], anything(5))
+    path = written(tmp_path, load_scenario("kwon_1"), anything(5))
     (tmp_path / COMMANDS).unlink()
     with pytest.raises(ScenarioError, match=r"^scenario.yaml: source\.file: .*No such"):
         load_scenario(path)
 
 
 def test_operator_who_is_not_there_moves_nothing():
-    log = simulate(load_scenario("kwon_1", ["source=operator", "duration=0.5"])[1]).log
+    log = simulate(load_scenario("kwon_1", ["source=operator", "duration=0.5"])).log
     assert not log["ee_command"].any()
     assert len(log["time"]) == 51

@@ -21,7 +21,7 @@ from drake_mobman.console.driving import scenario_file
 from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.server import listening, token_for
 from drake_mobman.console.session import LiveSession
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.gate import Arming
 from drake_mobman.teleop.recorded import COMMANDS, read_samples
@@ -55,7 +55,7 @@ def said(errors):
 
 def plays(folder):
     """Plays a recording back, as far as it came; returns its log."""
-    run = simulate(load_scenario(str(folder / "scenario.yaml"))[1])
+    run = simulate(load_scenario(str(folder / "scenario.yaml")))
     assert run.died == ""
     return run.log
 
@@ -213,7 +213,7 @@ def test_wall_clock_that_jumps_changes_nothing(monkeypatch):
         return real() + 1000.0 * (-1) ** int(10 * (time.monotonic() - began))
 
     monkeypatch.setattr(time, "time", jumping)
-    with LiveSession(load_scenario("kwon_1")[1]) as session:
+    with LiveSession(load_scenario("kwon_1")) as session:
         until_armed, sequence = time.monotonic() + END, 0
         while session.snapshot().time < 2.0 or session.snapshot().text != "driving":
             assert time.monotonic() < until_armed

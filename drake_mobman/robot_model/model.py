@@ -10,14 +10,18 @@ from pydrake.multibody.tree import BodyIndex, JacobianWrtVariable
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
-from drake_mobman.base.velocity_field import Reach
+from drake_mobman.robot_model.base_limits import BaseLimits
+from drake_mobman.robot_model.reach import Reach
 
 BASE_JOINTS = 3
 """x, y and theta stand first among a robot's positions; the arm's joints follow."""
 
 
-class Robot(Protocol):
-    """What the scenario says of a robot, and what follows from it."""
+class RobotDescription(Protocol):
+    """A robot's parameters, and what follows from them.
+
+    `arm` and `reach` read the robot's finished plant, and make one unless it is given.
+    """
 
     def defaults(self) -> list[Any]:
         """Returns what fits the robot, for `robots.defaults`, one of a kind."""
@@ -25,14 +29,21 @@ class Robot(Protocol):
     def urdf(self) -> str:
         """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
 
-    def arm(self) -> ArmKinematics:
+    def arm(self, plant: Any = None) -> ArmKinematics:
         """Returns the arm's kinematics."""
 
-    def reach(self) -> Reach:
-        """Returns the arm as a velocity field sees it."""
+    def reach(self, plant: Any = None) -> Reach:
+        """Returns the arm as a base controller sees it."""
+
+    def arm_inverse(self, setup: Any) -> Any:
+        """Returns the block that turns rates of the end effector into joint rates.
+
+        Args:
+            setup: a `RobotSetup`, of this robot.
+        """
 
 
-def drawn_plant(robot: Robot) -> tuple[Any, Any]:
+def drawn_plant(robot: RobotDescription) -> tuple[Any, Any]:
     """Returns the robot as a finished `MultibodyPlant`, and the `SceneGraph` of it."""
     scene_graph, plant = SceneGraph(), MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
@@ -58,10 +69,11 @@ class RobotModel:
         plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
         arm_joints: names of the arm's joints, in the order of their positions.
         arm_bodies: indices in the plant of the bodies that these move, by name.
-        limits: of the arm's joints, from the URDF.
+        joint_limits: of the arm's joints, from the URDF.
+        base_limits: of the base, from the URDF.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotDescription) -> None:
         self.plant = MultibodyPlant(0.0)
         Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
         self.plant.Finalize()
@@ -69,7 +81,8 @@ class RobotModel:
         self.arm_joints = [joint.name() for joint in arm]
         moved = self.plant.GetBodiesKinematicallyAffectedBy([x.index() for x in arm])
         self.arm_bodies = {self.plant.get_body(i).name(): int(i) for i in moved}
-        self.limits = joint_limits(self.plant)
+        self.joint_limits = joint_limits(self.plant)
+        self.base_limits = base_limits(self.plant)
         self._context = self.plant.CreateDefaultContext()
 
     def set_state(self, q: Any, v: Any) -> None:
@@ -144,4 +157,15 @@ def joint_limits(plant: Any) -> JointLimits:
         upper=plant.GetPositionUpperLimits()[BASE_JOINTS:],
         velocity=plant.GetVelocityUpperLimits()[BASE_JOINTS:],
         acceleration=plant.GetAccelerationUpperLimits()[BASE_JOINTS:],
+    )
+
+
+def base_limits(plant: Any) -> BaseLimits:
+    """Returns the limits of the base of a finished plant."""
+    ahead, turn = plant.GetJointByName("x"), plant.GetJointByName("theta")
+    return BaseLimits(
+        max_speed=float(ahead.velocity_upper_limits()[0]),
+        max_acceleration=float(ahead.acceleration_upper_limits()[0]),
+        max_yaw_rate=float(turn.velocity_upper_limits()[0]),
+        max_yaw_acceleration=float(turn.acceleration_upper_limits()[0]),
     )

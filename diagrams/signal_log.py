@@ -1,0 +1,34 @@
+"""All signals of a diagram logged, each under its name."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer
+
+LOG = "log"
+"""Name of the logger in a diagram; its input is `log.signals`."""
+
+
+class _Signals(Multiplexer):
+    """All signals in one vector: one logger costs less than one for each."""
+
+    def __init__(self, ports: Mapping[str, Any]) -> None:
+        self.sizes = {name: port.size() for name, port in ports.items()}
+        super().__init__(list(self.sizes.values()))
+
+
+def log_signals(
+    builder: DiagramBuilder, ports: Mapping[str, Any], period: float
+) -> None:
+    """Logs each output port under its name, every `period` [s]."""
+    mux = builder.AddNamedSystem(f"{LOG}.signals", _Signals(ports))
+    for i, port in enumerate(ports.values()):
+        builder.Connect(port, mux.get_input_port(i))
+    LogVectorOutput(mux.get_output_port(), builder, period).set_name(LOG)
+
+
+def signal_sizes(diagram: Any) -> dict[str, int]:
+    """Returns the sizes of the signals that a diagram logs, in their order."""
+    sizes: dict[str, int] = diagram.GetSubsystemByName(f"{LOG}.signals").sizes
+    return sizes

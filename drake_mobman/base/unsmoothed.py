@@ -1,0 +1,65 @@
+"""No smoothing: the base gets its command as it is."""
+
+import dataclasses as dc
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from drake_mobman import signals
+from drake_mobman.blocks import scalar_block
+from drake_mobman.parameters import SPEED, YAW_RATE, within
+from drake_mobman.robot_model import BaseLimits, RobotSetup
+from drake_mobman.scalars import finite_or_zero
+
+
+@dc.dataclass
+class Unsmoothed:
+    """The base takes on any command at once, as in Kwon et al."""
+
+    # Kept by decomposers; a command that is faster passes all the same.
+    max_speed: float = 0.5  # Of the base, forward and back [m/s].
+    max_yaw_rate: float = 1.0  # [rad/s].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless both are in range."""
+        within(self, SPEED, "max_speed")
+        within(self, YAW_RATE, "max_yaw_rate")
+
+    def limits(self) -> BaseLimits:
+        """Returns the limits that decomposers keep to."""
+        return BaseLimits(max_speed=self.max_speed, max_yaw_rate=self.max_yaw_rate)
+
+    def build(self, _setup: RobotSetup) -> "CommandPassThrough":
+        """Returns the block for a robot."""
+        return CommandPassThrough()
+
+
+@scalar_block
+class CommandPassThrough(LeafSystem):
+    """Passes a base command on; what is not finite becomes zero.
+
+    .. pydrake_system::
+
+        name: CommandPassThrough
+        input_ports:
+        - base_command
+        output_ports:
+        - base_command_smoothed
+    """
+
+    def __init__(self) -> None:
+        self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
+        self.DeclareVectorOutputPort(
+            signals.BASE_COMMAND_SMOOTHED,
+            2,
+            self._calc,
+            prerequisites_of_calc={self.all_input_ports_ticket()},
+        )
+
+    def _calc(self, context: Any, output: Any) -> None:
+        raw = self.raw.Eval(context).tolist()
+        output.SetFromVector(np.array([finite_or_zero(x) for x in raw]))
+
+
+CommandPassThrough_ = CommandPassThrough.template

@@ -1,0 +1,50 @@
+"""What a robot's platform can do."""
+
+import dataclasses as dc
+import math
+from typing import Any
+
+from drake_mobman.parameters import ParameterError
+
+
+@dc.dataclass(frozen=True)
+class BaseLimits:
+    """Limits of the base, as the robot's model gives them; infinite where it does not.
+
+    Beside `JointLimits`, which are the arm's.
+    """
+
+    max_speed: float = math.inf  # Forward and back [m/s].
+    max_acceleration: float = math.inf  # [m/s^2].
+    max_yaw_rate: float = math.inf  # [rad/s].
+    max_yaw_acceleration: float = math.inf  # [rad/s^2].
+
+    @property
+    def follows_at_once(self) -> bool:
+        """Returns whether the base takes on any velocity within its limits at once."""
+        return math.isinf(self.max_acceleration) and math.isinf(
+            self.max_yaw_acceleration
+        )
+
+    def narrowed(self, *narrower: "BaseLimits") -> "BaseLimits":
+        """Returns the limits that are left where several hold."""
+        return BaseLimits(
+            *(
+                min(getattr(each, field.name) for each in (self, *narrower))
+                for field in dc.fields(self)
+            )
+        )
+
+
+def check_base(params: Any, limits: BaseLimits) -> None:
+    """Raises `ParameterError` where parameters want more of the base than it can do.
+
+    Args:
+        params: with any of the fields of `BaseLimits`.
+        limits: of the platform.
+    """
+    for field in dc.fields(limits):
+        given, limit = getattr(params, field.name, 0.0), getattr(limits, field.name)
+        if not given <= limit:
+            valid = f"must be at most {limit:g}, which is what the base can do"
+            raise ParameterError(field.name, given, valid)

@@ -1,0 +1,119 @@
+"""Scenarios read from files.
+
+Layers, later over earlier: the defaults, the robot's own, the scenario's file, and
+overrides given as `key.path=value`.
+"""
+
+import dataclasses as dc
+import textwrap
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from drake_mobman.files import read_file
+from drake_mobman.parameters import ParameterError, quoted
+from drake_mobman.scenario.guided import Guided
+from drake_mobman.scenario.old_names import with_new_names
+from drake_mobman.scenario.schema import load_typed, load_yaml, with_override
+from drake_mobman.scenario.teleop import Teleop
+from drake_mobman.teleop import Recording
+
+AnyScenario = Teleop | Guided
+"""A scenario's file says which by a tag at its top; `!Teleop` may be left out."""
+
+
+def played_back(scenario: AnyScenario, folder: Path) -> AnyScenario:
+    """Returns a scenario of `folder` with its recording, if it has one, found.
+
+    It runs as long as the recording is, or shorter.
+
+    Raises:
+        ParameterError: where the recording cannot be read.
+    """
+    if not isinstance(scenario.source, Recording):
+        return scenario
+    source = scenario.source.in_folder(folder)
+    try:
+        last = len(source.samples(scenario.period)) - 1
+    except ParameterError as error:
+        raise error.below("source") from None
+    duration = min(scenario.duration, last * scenario.period)
+    return dc.replace(scenario, source=source, duration=duration)
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be run; the message is one line."""
+
+
+def scenario_paths() -> dict[str, Path]:
+    """Returns the scenarios that come with the package, by name."""
+    folder = Path(str(resources.files("drake_mobman.scenarios")))
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+_LONGEST = 1_000_000
+"""Of a scenario's file [bytes]: some thousand segments, and a minute to read."""
+
+
+def load_scenario(name: str | Path, overrides: Sequence[str] = ()) -> AnyScenario:
+    """Returns a scenario, which knows its name.
+
+    Args:
+        name: one of `scenario_paths`, or a path. The `scenario.yaml` of a run folder
+            goes by the folder's name.
+        overrides: `key.path=value` each.
+
+    Raises:
+        ScenarioError: in one line, what is wrong, where, and what is valid.
+    """
+    name = str(name)
+    path = scenario_paths().get(name, Path(name))
+    text = _text(name, path)
+    stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
+    if not stem.isprintable():
+        # It becomes a folder's name, a title, and a word in other files.
+        raise ScenarioError(f"{stem!r}: a scenario's name must be printable text")
+    label = path.name
+    try:
+        data = load_yaml(text)
+        data = {} if data is None else data
+        for override in overrides:
+            label = "--set"
+            data = _overridden(data, override)
+        label = f"{path.name} with --set" if overrides else path.name
+        scenario = load_typed(AnyScenario, with_new_names(data, label))
+        return dc.replace(played_back(scenario, path.parent), name=stem)
+    except ParameterError as error:
+        raise ScenarioError(f"{label}: {error}") from None
+    except (RuntimeError, ValueError, ArithmeticError, SystemExit) as error:
+        # The latter is what pydrake makes of a condition that Drake takes for granted.
+        reason = textwrap.shorten(str(error), 200, placeholder=" ...")
+        raise ScenarioError(f"{label}: cannot be built; {reason}") from None
+
+
+def _text(name: str, path: Path) -> str:
+    """Returns what is in a scenario's file, or raises `ScenarioError`."""
+    name = quoted(name)
+    try:
+        return read_file(path, _LONGEST).decode()
+    except FileNotFoundError:
+        known = ", ".join(scenario_paths())
+        why = f"no such scenario; valid names are {known}, or a path"
+        raise ScenarioError(f"{name}: {why}") from None
+    except OSError as error:
+        raise ScenarioError(f"{name}: cannot be read; {error.strerror}") from None
+    except ValueError as error:  # Of bytes that are no text, or of a path with a NUL.
+        raise ScenarioError(f"{name}: cannot be read; {error}") from None
+
+
+def _overridden(data: Any, override: str) -> Any:
+    """Returns data with `key.path=value` put in, or raises `ParameterError`."""
+    key, equals, text = override.partition("=")
+    if not equals or not key:
+        raise ParameterError("override", override, "must be key.path=value")
+    try:
+        value = load_yaml(text)
+    except ParameterError as error:
+        raise ParameterError(f"{key}, {error.key}", error.value, error.valid) from None
+    return with_override(data, key, value)
