@@ -10,7 +10,7 @@ from typing import Any
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
-from drake_mobman.decomposers import build_decomposer
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.scenario import Teleop
 from drake_mobman.teleop.guard import CommandGuard

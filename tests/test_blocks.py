@@ -11,6 +11,7 @@ from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import CommandSmoother, Smoother
+from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.robots.kinematic import KinematicRobot
@@ -96,10 +97,10 @@ def sensor(arm, *at_start):
     )
 
 
-def smoother(params, *, state):
+def smoother(make, *args, state):
     return Case(
-        f"CommandSmoother, {'on' if params.enabled else 'off'}",
-        functools.partial(CommandSmoother, params, PERIOD),
+        make.__name__,
+        functools.partial(make, *args),
         {"base_command": ([0.12, -0.11], [-0.3, 0.2])},
         {"base_command_smoothed": 2},
         state,
@@ -126,8 +127,8 @@ SWITCHING = functools.partial(SwitchingDecomposer, Switching())
 CASES = [
     *(decomposer("BlendingDecomposer", BLENDING, n) for n in (2, 6)),
     *(decomposer("SwitchingDecomposer", SWITCHING, n) for n in (2, 6)),
-    smoother(Smoother(), state=([0.1, -0.1], [0.0, 0.4])),
-    smoother(Smoother(enabled=False), state=None),
+    smoother(CommandSmoother, Smoother(), PERIOD, state=([0.1, -0.1], [0.0, 0.4])),
+    smoother(CommandPassThrough, state=None),
     *(inverse(arm, by) for arm in (PLANAR, SPATIAL) for by in ("positions", "rates")),
     *(sensor(arm) for arm in (PLANAR, SPATIAL)),
     sensor(SPATIAL, 2.0, PERIOD),

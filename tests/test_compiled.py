@@ -4,7 +4,6 @@ import functools
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
@@ -15,9 +14,11 @@ from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.smoother import CommandSmoother, Smoother
+from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
 from drake_mobman.guidance.guiding_hand import GraspForce, Hand, Release
 from drake_mobman.robot_model import RobotModel
@@ -40,7 +41,7 @@ PERIOD = 0.01
 
 def decomposer(kind, name, *overrides):
     scenario = load_scenario(name, [f"decomposer={kind}", *overrides])
-    return make_decomposer(scenario, RobotModel(scenario.robot))
+    return build_decomposer(scenario.decomposer, scenario.setup())
 
 
 exact_decomposer = functools.partial(decomposer, "exact")
@@ -52,7 +53,7 @@ def inverse(robot, by):
 
 BLOCKS = {
     "smoother": lambda: CommandSmoother(Smoother(), PERIOD),
-    "pass-through": lambda: CommandSmoother(Smoother(enabled=False), PERIOD),
+    "pass-through": CommandPassThrough,
     "field": lambda: VelocityFieldController(VelocityField(), FrankaTiago().reach()),
     "field of an arm with ends": lambda: VelocityFieldController(
         VelocityField(), Planar().reach(), RobotModel(Planar()).joint_limits
@@ -65,7 +66,7 @@ BLOCKS = {
     "franka sensor": lambda: EndEffectorSensor(FrankaTiago().arm()),
     "free arm's sensor": lambda: EndEffectorSensor(FrankaTiago().arm(), 2.0, PERIOD),
     "exact, planar": lambda: exact_decomposer("kwon_arbitrary"),
-    "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother.enabled=true"),
+    "exact, spatial": lambda: exact_decomposer("kwon_spatial", "smoother=smoother"),
     "planar inverse": lambda: inverse(Planar(), by="positions"),
     "planar inverse by rates": lambda: inverse(Planar(), by="rates"),
     "spatial inverse": lambda: inverse(Spatial(), by="positions"),

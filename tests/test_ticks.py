@@ -21,8 +21,9 @@ from drake_mobman.base.smoother import smoothed
 from drake_mobman.decomposers.optimization import braking_factor
 from drake_mobman.guidance.guiding_hand import GraspForce, Hand, Release
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robots.planar import Planar
-from drake_mobman.robots.servo import Servo, make_servo_robot
+from drake_mobman.robots.servo import Servo
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.choice import Handover, next_handover
@@ -229,9 +230,9 @@ def test_base_goes_as_far_in_each_period_at_any_period_and_step(period, step):
 
 def test_servo_robot_refuses_periods_that_would_drift_from_its_steps():
     with pytest.raises(ParameterError, match=r"^step: .*, see `aligned`"):
-        make_servo_robot(Planar(), Servo(), [0.0] * 5, 0.05, free_arm=False)
+        Servo().build(RobotSetup.of(Planar(), 0.05), [0.0] * 5)
     period, step = aligned(0.05, 0.002)
-    make_servo_robot(Planar(), Servo(step=step), [0.0] * 5, period, free_arm=False)
+    Servo(step=step).build(RobotSetup.of(Planar(), period), [0.0] * 5)
 
 
 # --- Whatever takes a time ------------------------------------------------------------

@@ -1,17 +1,21 @@
-"""The base: what drives it, and how its commands are smoothed and limited."""
+"""The base: what drives it, and how its commands are smoothed and limited.
 
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.unsmoothed import Unsmoothed
-from drake_mobman.base.velocity_field import VelocityField
-
-BaseController = VelocityField
-"""Whatever tells the base what to do by where the end effector is.
-
-Each is a dataclass with `build(setup)`, its block, and `command(p_BT, reach, joint)`,
-its law; see `VelocityField`. Another one is one more member: `VelocityField | Mine`.
+A dataclass imported here is in scenarios, on the command line and in the console.
 """
 
-Smoothing = Smoother | Unsmoothed
-"""Whatever stands between a base command and the base."""
+from typing import TYPE_CHECKING
 
-__all__ = ["BaseController", "Smoother", "Smoothing", "Unsmoothed", "VelocityField"]
+from drake_mobman.base.controller import BaseControllerParams
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.smoothing import SmoothingParams
+from drake_mobman.base.unsmoothed import Unsmoothed
+from drake_mobman.base.velocity_field import VelocityField
+from drake_mobman.kinds import unions_of
+
+if TYPE_CHECKING:
+    BaseController = BaseControllerParams
+    Smoothing = SmoothingParams
+else:
+    BaseController, Smoothing = unions_of(
+        globals(), BaseControllerParams, SmoothingParams
+    )

@@ -39,7 +39,7 @@ from drake_mobman.benchmarking.real_time import (
 )
 from drake_mobman.scenario import AnyScenario, load_scenario, scenario_paths
 from drake_mobman.simulation.simulate import Run
-from drake_mobman.teleop import External
+from drake_mobman.teleop.external import External
 from drake_mobman.teleop.live import Operator
 
 Cost = dict[str, Any]

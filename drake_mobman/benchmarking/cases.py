@@ -24,8 +24,8 @@ from pydrake.systems.primitives import PassThrough
 from drake_mobman import signals
 from drake_mobman.analysis.compare import decomposers_by_name, with_each
 from drake_mobman.compiled import compiled
-from drake_mobman.decomposers import build_decomposer
 from drake_mobman.decomposers.arm_compensation import LEAST_REACH
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.optimization import OptimizationDecomposer
 from drake_mobman.decomposers.qp import (
     BoxQp,

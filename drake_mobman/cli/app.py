@@ -158,7 +158,7 @@ def load_all(
 def load_runnable(given: str, overrides: list[str]) -> tuple[str, Any]:
     """Returns a scenario's name, and the scenario, or refuses."""
     from drake_mobman.scenario import ScenarioError, load_scenario
-    from drake_mobman.teleop import External
+    from drake_mobman.teleop.external import External
     from drake_mobman.teleop.live import Operator
 
     try:

@@ -11,7 +11,7 @@ from drake_mobman.blocks import tickets
 from drake_mobman.decomposers.arm_compensation import base_induced_rates
 from drake_mobman.decomposers.projection import Projection, base_speed
 from drake_mobman.parameters import checked
-from drake_mobman.robot_model import WorkspaceLimits
+from drake_mobman.robot_model import RobotSetup, WorkspaceLimits
 from drake_mobman.scalars import Scalar, Vector
 
 
@@ -54,6 +54,17 @@ def declare_decomposer_ports(
             calc_status,
             prerequisites_of_calc=state | smoothed,
         )
+
+
+class DecomposerParams(Protocol):
+    """Parameters of what splits the end effector's command between base and arm."""
+
+    def build(self, setup: RobotSetup) -> Any:
+        """Returns the block, with the ports that every decomposer has.
+
+        Raises:
+            ParameterError: where a parameter is not valid for the robot.
+        """
 
 
 class ShareParams(Protocol):

@@ -11,11 +11,14 @@ from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.base import BaseController
 from drake_mobman.blocks import cached, scalar_block, tickets
 from drake_mobman.decomposers.arm_compensation import arm_compensation
-from drake_mobman.decomposers.decomposer import CompensatedDecomposer
+from drake_mobman.decomposers.decomposer import (
+    CompensatedDecomposer,
+    DecomposerParams,
+)
 from drake_mobman.decomposers.limiter import Limiter
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import checked
-from drake_mobman.robot_model import Reach
+from drake_mobman.robot_model import Reach, RobotSetup
 from drake_mobman.scalars import Scalar, Vector, where
 
 
@@ -122,3 +125,16 @@ class FieldDecomposer(CompensatedDecomposer):
 
 
 FieldDecomposer_ = FieldDecomposer.template
+
+
+def build_decomposer(params: DecomposerParams, setup: RobotSetup) -> Any:
+    """Returns the block of a decomposer; with a base controller, the arm does the rest.
+
+    Raises:
+        ParameterError: where a parameter is not valid for the robot.
+    """
+    if not isinstance(params, BaseController):
+        return params.build(setup)
+    s = setup
+    limiter = Limiter(s.arm, s.joint_limits, s.base_limits, None, s.period)
+    return FieldDecomposer(params, s.reach, s.arm, limiter)

@@ -1,27 +1,21 @@
-"""Robots: a URDF each, and the robot as a diagram at each fidelity."""
+"""Robots: a URDF each, and the robot as a diagram at each fidelity.
 
+A dataclass imported here is in scenarios and on the command line.
+"""
+
+from typing import TYPE_CHECKING
+
+from drake_mobman.kinds import unions_of
+from drake_mobman.robot_model import RobotDescription
+from drake_mobman.robots.fidelity import FidelityParams
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
 
-Robot = Planar | Spatial | FrankaTiago
-"""Which robot. Each is a dataclass with the methods of `RobotDescription`."""
-
-Fidelity = Kinematic | Servo
-"""How the robot is simulated.
-
-Each is a dataclass with `build(setup, start)`, the robot as a diagram; with forces, a
-hand may pull its arm, and it has `build_guided(setup, start)` too.
-"""
-
-__all__ = [
-    "Fidelity",
-    "FrankaTiago",
-    "Kinematic",
-    "Planar",
-    "Robot",
-    "Servo",
-    "Spatial",
-]
+if TYPE_CHECKING:
+    Robot = RobotDescription
+    Fidelity = FidelityParams
+else:
+    Robot, Fidelity = unions_of(globals(), RobotDescription, FidelityParams)

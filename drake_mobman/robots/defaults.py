@@ -59,14 +59,14 @@ def default_of(robot: RobotDescription, kind: type[T]) -> T:
 
 
 def default_member(brought: dict[type, Any], members: Sequence[type]) -> Any:
-    """Returns what a robot brings of some kinds, the first of them; else its defaults.
+    """Returns the first that a robot brings of some kinds; else the defaults of one.
 
     Args:
         brought: the robot's own parameters, by their class.
         members: of a union, or one class.
     """
-    first: Any = next((kind for kind in members if kind in brought), members[0])
-    return brought.get(first) or first()
+    own_kinds = [kind for kind in brought if kind in members]
+    return brought[own_kinds[0]] if own_kinds else members[0]()
 
 
 def two_links(

@@ -4,19 +4,24 @@ import dataclasses as dc
 import math
 from typing import Any
 
-from drake_mobman.base import BaseController, Smoother, Unsmoothed
+from drake_mobman.base import BaseController
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.guidance.guiding_hand import Hand, peak_speed
 from drake_mobman.guidance.planned import Planned
 from drake_mobman.parameters import SPEED, ParameterError
 from drake_mobman.robot_model import RobotDescription, RobotSetup
-from drake_mobman.robots import Fidelity, FrankaTiago, Robot, Servo
+from drake_mobman.robots import Fidelity, Robot
+from drake_mobman.robots.franka_tiago import FrankaTiago
+from drake_mobman.robots.servo import Servo
 from drake_mobman.scenario.fit import below, keyed
 from drake_mobman.scenario.scenario import OF_ROBOT, Scenario
-from drake_mobman.teleop import Operator, Recording
 from drake_mobman.teleop.choice import Transition
 from drake_mobman.teleop.drag import Drag
 from drake_mobman.teleop.gate import Gate
 from drake_mobman.teleop.guard import Guard
+from drake_mobman.teleop.live import Operator
+from drake_mobman.teleop.recorded import Recording
 
 _LEAST_MASS = 1.2
 """What a hand's damping held for a period may amount to [kg]: three times the least

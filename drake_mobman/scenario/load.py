@@ -17,7 +17,7 @@ from drake_mobman.scenario.guided import Guided
 from drake_mobman.scenario.old_names import with_new_names
 from drake_mobman.scenario.schema import load_typed, load_yaml, with_override
 from drake_mobman.scenario.teleop import Teleop
-from drake_mobman.teleop import Recording
+from drake_mobman.teleop.recorded import Recording
 
 AnyScenario = Teleop | Guided
 """A scenario's file says which by a tag at its top; `!Teleop` may be left out."""

@@ -10,8 +10,10 @@ from drake_mobman.base import Smoothing
 from drake_mobman.parameters import PERIOD, TIME, ParameterError, within
 from drake_mobman.robot_model import RobotDescription, RobotSetup, WorkspaceLimits
 from drake_mobman.robot_model.base_limits import check_base
-from drake_mobman.robots import Fidelity, Kinematic, Planar, Robot
+from drake_mobman.robots import Fidelity, Robot
 from drake_mobman.robots.defaults import Start, default_member, own
+from drake_mobman.robots.kinematic import Kinematic
+from drake_mobman.robots.planar import Planar
 from drake_mobman.scenario.fit import REACHED, below, check_joints, check_workspace
 from drake_mobman.scenario.layers import with_defaults
 from drake_mobman.scenario.schema import NOT_IN_YAML, dump_yaml, plain
@@ -37,7 +39,7 @@ class Scenario:
     workspace: WorkspaceLimits = OF_ROBOT
     smoother: Smoothing = OF_ROBOT
     # Of its file, or of the run folder that the file is in.
-    name: str = dc.field(default="", metadata=NOT_IN_YAML)
+    name: str = dc.field(default="", compare=False, metadata=NOT_IN_YAML)
 
     def __post_init__(self) -> None:
         """Takes from the robot what is not given."""

@@ -5,15 +5,17 @@ from typing import Any
 
 from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.base import BaseController
-from drake_mobman.decomposers import Decomposer, build_decomposer
+from drake_mobman.decomposers import Decomposer
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.parameters import one_of
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.scenario.fit import below, keyed
 from drake_mobman.scenario.scenario import OF_ROBOT, Scenario
-from drake_mobman.teleop import Script, Source
+from drake_mobman.teleop import Source
 from drake_mobman.teleop.choice import Transition
 from drake_mobman.teleop.gate import Gate
 from drake_mobman.teleop.guard import Guard
+from drake_mobman.teleop.scripted import Script
 
 
 @dc.dataclass

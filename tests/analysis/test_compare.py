@@ -368,7 +368,7 @@ def test_panels_of_a_column_have_one_scale(figure):
 def test_limits_are_those_of_the_command_or_of_the_base_that_keeps_to_them(figure):
     for row in panels(figure):
         assert [limits(axes) for axes in row] == [[0.5, -0.5], [0.4, -0.4], [1e4]]
-    overrides = ["duration=1", "smoother.enabled=true", "smoother.max_speed=0.7"]
+    overrides = ["duration=1", "smoother=smoother", "smoother.max_speed=0.7"]
     scenario = load_scenario("kwon_1", overrides)
     kept = draw_comparison(compared(scenario, {"blending": Blending}).runs)
     assert [limits(axes) for axes in kept.axes] == [[0.7, -0.7], [1.0, -1.0], [1e4]]

@@ -7,13 +7,13 @@ import time
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 
 from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.session import LiveSession, hand_error
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.end_effector import ee_states
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
@@ -101,7 +101,7 @@ def test_a_law_that_takes_the_arm_for_another_is_found_out(fidelity):
     wrong = metrics(
         simulate(
             scenario,
-            decomposer=lambda: make_decomposer(straight, RobotModel(straight.robot)),
+            decomposer=lambda: build_decomposer(straight.decomposer, straight.setup()),
         )
     )
     assert wrong["ee_error_max"] > 0.02

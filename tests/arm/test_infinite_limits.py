@@ -10,21 +10,22 @@ import math
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import rates_within_limits
 from drake_mobman.arm.limits import JointLimits, bounded_rates, filled_rates
 from drake_mobman.arm.oriented_inverse import oriented_rates
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.diff_ik import rates_within_reach
 from drake_mobman.decomposers.exact import (
     Exact,
     ExactDecomposer,
-    exact_arm,
+    exact_arm_command,
     exact_base_command,
 )
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.limiter import Limiter
 from drake_mobman.decomposers.qp import Qp, QpDecomposer, rate_bounds
 from drake_mobman.decomposers.status import DecomposerStatus
@@ -161,19 +162,21 @@ def told(block, q, command):
     ]
 
 
-@pytest.mark.parametrize("enabled", [True, False])
-def test_exact_decomposition_keeps_what_limits_there_are(enabled):
-    arm, smoother = Planar().arm(), Smoother(enabled=enabled)
+@pytest.mark.parametrize("smoother", [Smoother(), Unsmoothed()])
+def test_exact_decomposition_keeps_what_limits_there_are(smoother):
+    arm, base_limits = Planar().arm(), smoother.limits()
     some_bound = 0
     for limits, q, command in itertools.product(COMBINATIONS, ANGLES, COMMANDS):
 
         def outputs(one, q, command):
-            limiter = Limiter(arm, one, smoother, WorkspaceLimits(), PERIOD)
+            limiter = Limiter(arm, one, base_limits, WorkspaceLimits(), PERIOD)
             at = arm.ee_cylindrical(q)
             course = exact_base_command(
                 command, at, q, Exact(), WorkspaceLimits(), limiter
             )
-            rest, status = exact_arm(command, at, q, (0.1, -0.2), course, limiter)
+            rest, status = exact_arm_command(
+                command, at, q, (0.1, -0.2), course, limiter
+            )
             return course.base, rest, status
 
         some_bound += bool(same(outputs, limits, q, command)[2])
@@ -231,13 +234,13 @@ def test_an_arm_by_its_jacobian_keeps_what_limits_there_are():
 
 def test_exact_decomposition_keeps_them_on_an_arm_by_its_jacobian():
     scenario = load_scenario("kwon_franka")
-    block = make_decomposer(scenario, RobotModel(scenario.robot))
+    block = build_decomposer(scenario.decomposer, scenario.setup())
     limiter = block.limiter
     at = limiter.arm.ee_cylindrical(POSTURE)
     for limits in OF_SEVEN:
 
         def factors(one):
-            mine = dc.replace(limiter, joints=one)
+            mine = dc.replace(limiter, joint_limits=one)
             rest = (0.9, 0.5, 0.3)
             return [
                 [*mine.steady_scaling(POSTURE, rest, 0.2, 0.1).values()],

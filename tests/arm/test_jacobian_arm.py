@@ -68,7 +68,7 @@ COMMAND = st.tuples(SPEED, SPEED, SPEED)
 def random_angles(count, seed=0):
     """Yields joint angles within the limits, the hand turned anyhow."""
     rng = np.random.default_rng(seed)
-    yield from rng.uniform(MODEL.limits.lower, MODEL.limits.upper, (count, 7))
+    yield from rng.uniform(MODEL.joint_limits.lower, MODEL.limits.upper, (count, 7))
 
 
 def regular_angles(count, arm=ARM):
@@ -488,8 +488,8 @@ def test_inverse_puts_the_level_hand_where_it_is_told(psi):
         q = ARM.inverse((l, psi, z))
         np.testing.assert_allclose(ARM.ee_cylindrical(q), (l, psi, z), atol=CONVERGED)
         assert tilt_of(q) < CONVERGED
-        assert (np.array(q) >= MODEL.limits.lower).all()
-        assert (np.array(q) <= MODEL.limits.upper).all()
+        assert (np.array(q) >= MODEL.joint_limits.lower).all()
+        assert (np.array(q) <= MODEL.joint_limits.upper).all()
         assert ARM.is_in_reach((l, psi, z))
         # Turned to psi, it is the same arm; and asked again, it says the same.
         ahead = ARM.inverse((l, 0.0, z))
@@ -508,8 +508,8 @@ def test_the_hand_is_where_it_is_told_just_where_that_is_in_reach(l, psi, z):
     q = ARM.inverse((l, psi, z))
     missed = np.abs(np.subtract(ARM.ee_cylindrical(q), (l, psi, z))).max()
     assert ARM.is_in_reach((l, psi, z)) == (missed < 1e-9)
-    assert (np.array(q) >= MODEL.limits.lower).all()
-    assert (np.array(q) <= MODEL.limits.upper).all()
+    assert (np.array(q) >= MODEL.joint_limits.lower).all()
+    assert (np.array(q) <= MODEL.joint_limits.upper).all()
 
 
 @pytest.mark.parametrize(

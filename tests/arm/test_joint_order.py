@@ -110,9 +110,7 @@ def test_start_is_the_same(name):
     scenario = load_scenario(name)
     kinds = dict(PAIRS.values())
     turned = dc.replace(scenario, robot=kinds[type(scenario.robot)]())
-    found, expected = (
-        each.start_position(RobotModel(each.robot)) for each in (turned, scenario)
-    )
+    found, expected = (each.start_position(each.setup()) for each in (turned, scenario))
     np.testing.assert_allclose(found, expected, rtol=0, atol=SAME)
 
 

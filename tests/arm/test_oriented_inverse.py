@@ -6,7 +6,6 @@ import numpy as np
 import pinocchio
 import pytest
 from drake_mobman.diagrams.guided import make_guided_diagram
-from drake_mobman.diagrams.teleop import make_arm_inverse
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
@@ -61,10 +60,10 @@ SCENARIOS = {
 
 # Two behaviours of the base.
 PROMPT = ()
-LAZY = ("smoother={enabled: true}", "decomposer.K_omega=0.4", "decomposer.phi_min=0.1")
+LAZY = ("smoother=smoother", "decomposer.K_omega=0.4", "decomposer.phi_min=0.1")
 
 MODEL = RobotModel(FrankaTiago())
-LIMITS = MODEL.limits
+LIMITS = MODEL.joint_limits
 ARM = FrankaTiago().arm()
 BLIND = JacobianArm(MODEL.plant, POSTURE, Damping(level_gain=0.0))
 """The same arm, which does not see that its hand is tilted."""
@@ -462,7 +461,7 @@ def test_an_orientation_that_is_none_is_refused():
 def test_the_orientation_chooses_the_arms_inverse(name, orientation, block):
     overrides = [f"robot.orientation={orientation}"] if orientation else []
     scenario = load_scenario(name, overrides)
-    made = make_arm_inverse(scenario, RobotModel(scenario.robot))
+    made = scenario.robot.arm_inverse(scenario.setup())
     assert isinstance(made, block)
 
 

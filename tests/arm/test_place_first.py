@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
@@ -15,6 +14,7 @@ from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import ArmStatus, JointLimits
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS, oriented_rates
 from drake_mobman.arm.pseudo_inverse import Damping
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
@@ -46,7 +46,7 @@ NEAR = 0.3
 the way of 0.5 rad/s in the half second that the base takes to stop."""
 
 MODEL = RobotModel(FrankaTiago())
-LIMITS = MODEL.limits
+LIMITS = MODEL.joint_limits
 ARM = JacobianArm(MODEL.plant, POSTURE, Damping(level_gain=0.0))
 """Without a hand's own wish to come back level: what gives way, gives way."""
 
@@ -189,20 +189,20 @@ def test_where_the_wrist_gives_way_the_derivatives_are_those_of_differences(join
 @pytest.mark.parametrize("joint", WRIST)
 def test_the_exact_law_reckons_with_a_wrist_that_gives_way(joint):
     scenario = load_scenario("kwon_franka")
-    limiter = make_decomposer(scenario, MODEL).limiter
+    limiter = build_decomposer(scenario.decomposer, scenario.setup()).limiter
     at, command = ARM.ee_cylindrical(AT), (0.05, 0.1, 0.02)
     for sign in (1, -1):
         told = [sign * c for c in command]
         lower, upper = np.array(LIMITS.lower), np.array(LIMITS.upper)
         lower[joint] = upper[joint] = AT[joint]
-        locked = dc.replace(limiter, joints=with_ends(lower, upper))
+        locked = dc.replace(limiter, joint_limits=with_ends(lower, upper))
         for factors in (
             locked.steady_scaling(AT, told, 0.0, 0.0),
             locked.present_scaling(AT, at, told, (0.0, 0.1)),
         ):
             assert factors[DecomposerStatus.JOINT_LIMIT] == pytest.approx(1.0)
         lower[3] = upper[3] = AT[3]
-        stiff = dc.replace(limiter, joints=with_ends(lower, upper))
+        stiff = dc.replace(limiter, joint_limits=with_ends(lower, upper))
         factors = stiff.steady_scaling(AT, told, 0.0, 0.0)
         assert factors[DecomposerStatus.JOINT_LIMIT] < 1e-6
 

@@ -149,7 +149,7 @@ def test_hand_that_pulls_starts_where_the_tool_is():
     robot = FrankaTiago(mount_ahead=0.05, mount_aside=0.2)
     model = RobotModel(robot)
     start = dc.replace(scenario.start, theta=0.5)
-    q = dc.replace(scenario, robot=robot, start=start).start_position(model)
+    q = dc.replace(scenario, robot=robot, start=start).start_position(scenario.setup())
     model.set_state(q, np.zeros(len(q)))
     x, y, z = model.p_W("tool")
     assert f"x = {x:.4f}, y = {y:.4f}, z = {z:.4f}" in str(refused.value)

@@ -9,6 +9,7 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.symbolic import Expression, MakeVectorVariable
 
 from drake_mobman.base.smoother import CommandSmoother, Smoother, smoothed
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.parameters import ParameterError
 
 ROUNDING = 1e-12
@@ -131,7 +132,7 @@ def test_what_is_not_a_number_is_a_stop(params, bad):
 
 
 def test_command_passes_as_it_is_where_smoothing_is_off():
-    loop = Loop(Smoother(enabled=False))
+    loop = Loop(Unsmoothed())
     assert loop.context.num_total_states() == 0
     assert (loop.sent([9.0, -9.0]) == [9.0, -9.0]).all()
 

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +17,7 @@ from drake_mobman.base.velocity_field import (
 )
 from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.exact import Exact, exact_base
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.robot_model import Reach, RobotModel, WorkspaceLimits
 from drake_mobman.scenario import load_scenario
@@ -146,7 +146,7 @@ def test_without_limits_the_controller_asks_for_no_joints():
 @pytest.mark.parametrize("made", [lambda block: block, compiled], ids=["", "compiled"])
 def test_the_decomposer_names_the_end_that_holds_the_base(made, fed, outputs):
     scenario = load_scenario("kwon_1", [FIELD.format("printed")])
-    block = made(make_decomposer(scenario, RobotModel(scenario.robot)))
+    block = made(build_decomposer(scenario.decomposer, scenario.setup()))
     arm = scenario.robot.arm()
 
     def told(q):

@@ -52,7 +52,7 @@ LAPTOP, PHONE = {"width": 1366, "height": 768}, {"width": 390, "height": 844}
 @pytest.fixture(scope="module")
 def session():
     # What has no smoother stops at once; here the base has to brake.
-    scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
+    scenario = load_scenario("kwon_arbitrary", ["smoother=smoother"])
     with LiveSession(scenario) as session:
         yield session
 

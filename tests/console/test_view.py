@@ -43,7 +43,7 @@ DIGITS = 1e-5
 """By how much a picture may be off [m]: browsers are told six digits."""
 
 
-FAST = ["guard.max_v_c=4.0", "smoother.enabled=false", "gate.fresh=5.0"]
+FAST = ["guard.max_v_c=4.0", "smoother=unsmoothed", "gate.fresh=5.0"]
 """Of a scenario that goes far in a few seconds, on a busy machine too."""
 
 

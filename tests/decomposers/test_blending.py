@@ -1,5 +1,6 @@
 """Authority blended about the workspace's limits (Kwon et al., eqs. 14-16)."""
 
+import dataclasses as dc
 import math
 
 import numpy as np
@@ -7,15 +8,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from drake_mobman.decomposers.blending import (
-    Blending,
-    BlendingDecomposer,
-    blending_shares,
-)
-from drake_mobman.decomposers.decomposer import share_decomposer
+from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.projection import Projection
 from drake_mobman.decomposers.share import blended_share
-from drake_mobman.decomposers.switching import Switching, switching_shares
+from drake_mobman.decomposers.switching import Switching
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.scenario import load_scenario
@@ -82,11 +78,8 @@ def test_block_splits_each_component_at_its_own_limits(
 
 def test_l_and_psi_have_a_sharpness_each():
     # 0.01 past the limit: 1 / (1 + exp(-2 alpha 0.01)).
-    mu, nu = blending_shares(
-        Blending(alpha=10.0, beta=40.0),
-        WorkspaceLimits(),
-        (0.1, 0.1, 0),
-        (1.61, 0.71, 0),
+    mu, nu = Blending(alpha=10.0, beta=40.0).shares(
+        WorkspaceLimits(), (0.1, 0.1, 0), (1.61, 0.71, 0)
     )
     assert mu == pytest.approx(1 / (1 + math.exp(-0.2)), abs=80 * ROUNDING)
     assert nu == pytest.approx(1 / (1 + math.exp(-0.8)), abs=80 * ROUNDING)
@@ -102,7 +95,7 @@ def test_l_and_psi_have_a_sharpness_each():
     ],
 )
 def test_base_gets_the_speed_whose_projection_is_its_share(fed, outputs, sigma, v_b):
-    block = BlendingDecomposer(Blending(), WorkspaceLimits(), Projection(sigma))
+    block = BlendingDecomposer(Blending(projection=Projection(sigma)))
     context = fed(block, **ALONE, ee_command=[0.4, 0, 0], workspace=[1.6, 0.6, 0])
     sent = outputs(block, context)
     assert sent["base_contribution"][0] == pytest.approx(0.2, abs=42 * ROUNDING)
@@ -146,8 +139,8 @@ def test_it_agrees_with_algorithm_1(fed, outputs, v_c, omega_c, l, psi):
     beta=st.floats(0.1, 1e6),
 )
 def test_shares_are_from_0_to_1(v_c, omega_c, l, psi, alpha, beta):
-    shares = blending_shares(
-        Blending(alpha, beta), WorkspaceLimits(), (v_c, omega_c, 0.0), (l, psi, 0.0)
+    shares = Blending(alpha, beta).shares(
+        WorkspaceLimits(), (v_c, omega_c, 0.0), (l, psi, 0.0)
     )
     assert all(0 <= share <= 1 for share in shares)
 
@@ -183,16 +176,15 @@ def test_base_and_arm_sum_to_the_command(fed, outputs, v_c, omega_c, v_z, l, psi
         (1, 0.35, PSI_MIN - 0.15, PSI_MIN),
     ],
 )
-@pytest.mark.parametrize("law", [blending_shares, switching_shares])
-def test_arm_turns_back_from_outside_each_limit(law, index, command, start, limit):
+@pytest.mark.parametrize("params", [Blending(), Switching()])
+def test_arm_turns_back_from_outside_each_limit(params, index, command, start, limit):
     """Held for a second, the command is the arm's alone, and it crosses the limit."""
-    params = Blending() if law is blending_shares else Switching()
     x = [1.0, 0.0, 0.0]
     x[index] = start
     held = [0.0, 0.0, 0.0]
     held[index] = command
     for _ in range(100):
-        share = law(params, WorkspaceLimits(), held, x)[index]
+        share = params.shares(WorkspaceLimits(), held, x)[index]
         x[index] += 0.01 * (1 - share) * command
     # The other limit is 0.5 or more away: exp(-42 x 0.5) = 8e-10 of the command.
     assert x[index] == pytest.approx(start + command, abs=1e-8)
@@ -218,10 +210,8 @@ def off_limits(command, x, lower, upper):
 @given(v_c=SPEED, omega_c=SPEED, l=REACH, psi=ANGLE, alpha=st.floats(1.0, 1e5))
 def test_it_tends_to_switching_as_it_sharpens(v_c, omega_c, l, psi, alpha):
     command, workspace = (v_c, omega_c, 0.0), (l, psi, 0.0)
-    blended = blending_shares(
-        Blending(alpha, alpha), WorkspaceLimits(), command, workspace
-    )
-    switched = switching_shares(Switching(), WorkspaceLimits(), command, workspace)
+    blended = Blending(alpha, alpha).shares(WorkspaceLimits(), command, workspace)
+    switched = Switching().shares(WorkspaceLimits(), command, workspace)
     away = (
         off_limits(v_c, l, L_MIN, L_MAX),
         off_limits(omega_c, psi, PSI_MIN, PSI_MAX),
@@ -244,11 +234,20 @@ def test_a_transition_of_no_width_is_refused(key, value):
 
 def swapped_shares(params, limits, command, workspace):
     """Eq. 16 as printed: v_bm = (1 - mu) v_c, v_m = mu v_c, and so in omega."""
-    mu, nu = blending_shares(params, limits, command, workspace)
+    mu, nu = params.shares(limits, command, workspace)
     return 1 - mu, 1 - nu
 
 
-SwappedDecomposer = share_decomposer("SwappedDecomposer_", swapped_shares)[None]
+@dc.dataclass
+class Swapped:
+    own: Blending
+
+    @property
+    def projection(self):
+        return self.own.projection
+
+    def shares(self, *at):
+        return swapped_shares(self.own, *at)
 
 
 @pytest.mark.parametrize("name", TABLE_2)
@@ -256,7 +255,7 @@ def test_erratum_eq_16_as_printed_never_moves_the_arm(name):
     scenario = load_scenario(name)
 
     def make():
-        return SwappedDecomposer(scenario.decomposer, scenario.workspace)
+        return BlendingDecomposer(Swapped(scenario.decomposer), scenario.workspace)
 
     log = simulate(scenario, decomposer=make).log
     command, share = log["ee_command"], log["base_contribution"]

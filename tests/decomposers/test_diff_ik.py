@@ -22,7 +22,7 @@ from drake_mobman.decomposers.diff_ik import (
     rates_within_reach,
 )
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, RobotSetup
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
@@ -45,7 +45,8 @@ ROBOTS = {
 }
 ARMS = {name: robot.arm() for name, robot in ROBOTS.items()}
 BLOCKS = {
-    name: DiffIkDecomposer(DiffIk(), robot, PERIOD) for name, robot in ROBOTS.items()
+    name: DiffIkDecomposer(DiffIk(), RobotSetup.of(robot, PERIOD))
+    for name, robot in ROBOTS.items()
 }
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 
@@ -317,7 +318,9 @@ def test_arm_comes_back_to_its_posture_under_a_still_hand(name):
 
 
 def test_posture_of_an_arm_that_reaches_no_middle_is_the_nearest():
-    DiffIkDecomposer(DiffIk(), Planar(upper_link=1.0, lower_link=0.2), PERIOD)
+    DiffIkDecomposer(
+        DiffIk(), RobotSetup.of(Planar(upper_link=1.0, lower_link=0.2), PERIOD)
+    )
 
 
 def test_jump_that_takes_more_than_can_be_had_has_no_solution():
@@ -372,7 +375,9 @@ def test_solver_says_nothing(capfd):
 )
 def test_parameters_that_are_none_are_refused(params, says):
     with pytest.raises(ParameterError) as refusal:
-        DiffIkDecomposer(dc.replace(DiffIk(), **params), Planar(), PERIOD)
+        DiffIkDecomposer(
+            dc.replace(DiffIk(), **params), RobotSetup.of(Planar(), PERIOD)
+        )
     assert says in str(refusal.value)
 
 
@@ -383,7 +388,7 @@ def run_of(name, *overrides):
     scenario = load_scenario(name, overrides)
     return simulate(
         scenario,
-        decomposer=lambda: DiffIkDecomposer(DiffIk(), scenario.robot, PERIOD),
+        decomposer=lambda: DiffIkDecomposer(DiffIk(), scenario.setup()),
     )
 
 

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams.teleop import make_decomposer
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
@@ -16,6 +15,7 @@ from drake_mobman.arm.limits import JointLimits
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.decomposers.arm_compensation import base_induced_rates
 from drake_mobman.decomposers.exact import Exact, ExactDecomposer, exact_base
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.limiter import factor_within
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import ParameterError, checked
@@ -37,8 +37,8 @@ CREEP = 0.01
 
 LIMITS = WorkspaceLimits()
 PERIOD = 0.01
-SMOOTHED = "smoother.enabled=true"
-SLOW_BASE = "smoother={enabled: true, max_acceleration: 0.2, max_yaw_acceleration: 0.3}"
+SMOOTHED = "smoother=smoother"
+SLOW_BASE = "smoother=!Smoother {max_acceleration: 0.2, max_yaw_acceleration: 0.3}"
 
 
 # --- The base's law, by hand ----------------------------------------------------------
@@ -142,7 +142,7 @@ def test_bad_parameters_are_refused(params, message):
 
 def block(name="kwon_arbitrary", *overrides):
     scenario = load_scenario(name, ["decomposer=exact", *overrides])
-    return make_decomposer(scenario, RobotModel(scenario.robot))
+    return build_decomposer(scenario.decomposer, scenario.setup())
 
 
 def test_what_the_base_does_needs_not_what_it_is_sent():
@@ -311,7 +311,7 @@ def turned(run):
     return np.degrees(np.arctan2(cross, np.sum(true * told, axis=1))).max()
 
 
-@pytest.mark.parametrize("smoother", ["smoother.enabled=false", SMOOTHED])
+@pytest.mark.parametrize("smoother", ["smoother=unsmoothed", SMOOTHED])
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial"])
 def test_hand_does_as_the_operator_says_and_keeps_the_workspace(name, smoother):
     run = run_of(name, smoother)
@@ -325,7 +325,7 @@ def test_hand_does_as_the_operator_says_and_keeps_the_workspace(name, smoother):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("smoother", ["smoother.enabled=false", SMOOTHED, SLOW_BASE])
+@pytest.mark.parametrize("smoother", ["smoother=unsmoothed", SMOOTHED, SLOW_BASE])
 def test_any_minute_of_held_commands_is_exact_and_inside(smoother, seed):
     name = ("kwon_arbitrary", "kwon_spatial")[seed % 2]
     check_a_minute(run_of(name, smoother, "compiled=true", source=random_minute(seed)))
@@ -335,7 +335,7 @@ def test_any_minute_of_held_commands_is_exact_and_inside(smoother, seed):
 @pytest.mark.parametrize("seed", range(500))
 def test_500_minutes_of_held_commands_are_exact_and_inside(seed):
     name = ("kwon_arbitrary", "kwon_spatial")[seed % 2]
-    smoother = ("smoother.enabled=false", SMOOTHED, SLOW_BASE)[seed % 3]
+    smoother = ("smoother=unsmoothed", SMOOTHED, SLOW_BASE)[seed % 3]
     check_a_minute(
         run_of(name, smoother, "compiled=true", source=random_minute(1000 + seed))
     )
@@ -358,7 +358,7 @@ def test_500_minutes_of_held_commands_are_exact_and_inside(seed):
         ("kwon_spatial", "start.psi=2.8", "{duration: 11, v_c: 0.3, omega_c: 0.3}"),
     ],
 )
-@pytest.mark.parametrize("smoother", ["smoother.enabled=false", SMOOTHED, SLOW_BASE])
+@pytest.mark.parametrize("smoother", ["smoother=unsmoothed", SMOOTHED, SLOW_BASE])
 def test_a_limit_slows_the_hand_and_does_not_turn_it(name, where, held, smoother):
     script = f"source.segments=[!Held {held}]"
     run = run_of(name, "duration=10", where, smoother, script)

@@ -24,7 +24,7 @@ from drake_mobman.decomposers.qp import (
 )
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model import RobotModel, RobotSetup
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
@@ -46,7 +46,7 @@ LIMITS = {name: RobotModel(robot).joint_limits for name, robot in ROBOTS.items()
 QPS = {name: QpDecomposer(Qp(), ARMS[name], LIMITS[name], PERIOD) for name in ROBOTS}
 BLOCKS = {f"qp, {name}": block for name, block in QPS.items()}
 BLOCKS |= {
-    f"diff_ik, {name}": DiffIkDecomposer(DiffIk(), robot, PERIOD)
+    f"diff_ik, {name}": DiffIkDecomposer(DiffIk(), RobotSetup.of(robot, PERIOD))
     for name, robot in (ROBOTS | {"franka_tiago": FrankaTiago()}).items()
 }
 every_block = pytest.mark.parametrize("name", BLOCKS)

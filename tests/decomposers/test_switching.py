@@ -10,7 +10,6 @@ from drake_mobman.decomposers.switching import (
     Switching,
     SwitchingDecomposer,
     switched_share,
-    switching_shares,
 )
 from drake_mobman.robot_model import WorkspaceLimits
 
@@ -77,9 +76,7 @@ def plain_eq_12(v_c, l):
 
 @given(v_c=SPEED, omega_c=SPEED, l=REACH, psi=ANGLE)
 def test_it_agrees_with_the_printed_branches(v_c, omega_c, l, psi):
-    mu, nu = switching_shares(
-        Switching(), WorkspaceLimits(), (v_c, omega_c, 0.0), (l, psi, 0.0)
-    )
+    mu, nu = Switching().shares(WorkspaceLimits(), (v_c, omega_c, 0.0), (l, psi, 0.0))
     assert (mu * v_c, (1 - mu) * v_c) == plain_eq_12(v_c, l)
     # Eq. 13 is eq. 12 with other names: psi stands for l about other limits.
     if omega_c < 0:
@@ -119,9 +116,9 @@ def test_held_at_a_limit_authority_flips_with_each_sign_of_the_command():
 
 def test_other_limits_are_taken():
     limits = WorkspaceLimits(l_min=0.2, l_max=0.5, psi_min=-1.5, psi_max=0.1)
-    shares = switching_shares(Switching(), limits, (0.1, 0.1, 0), (0.6, 0.2, 0))
+    shares = Switching().shares(limits, (0.1, 0.1, 0), (0.6, 0.2, 0))
     assert shares == (1, 1)
-    shares = switching_shares(Switching(), limits, (-0.1, -0.1, 0), (0.3, -1.4, 0))
+    shares = Switching().shares(limits, (-0.1, -0.1, 0), (0.3, -1.4, 0))
     assert shares == (0, 0)
 
 

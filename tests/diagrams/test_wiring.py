@@ -3,14 +3,12 @@
 import pytest
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.diagrams.wiring import connect_by_name, outputs
-from drake_mobman.robots.robot import make_robot
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_mobman.parameters import ParameterError
+from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.kinematic import Kinematic
-from drake_mobman.robots.planar import Planar
-from drake_mobman.scenario import load_scenario, scenario_paths
+from drake_mobman.scenario import Guided, load_scenario, scenario_paths
 
 
 class Taking(LeafSystem):
@@ -70,7 +68,6 @@ def test_no_input_of_a_scenarios_blocks_is_open_but_forces(name, source):
             assert port.HasValue(mine) or port.get_name() == "spatial_forces"
 
 
-@pytest.mark.parametrize("fidelity", [Kinematic(), None])
-def test_free_arm_is_refused_where_there_are_no_forces(fidelity):
-    with pytest.raises(ParameterError, match=r"^free_arm: True is not valid; must be"):
-        make_robot(Planar(), [0.0] * 5, 0.01, fidelity, free_arm=True)
+def test_a_free_arm_is_refused_where_there_are_no_forces():
+    with pytest.raises(ParameterError, match=r"^fidelity: '!Kinematic' is not valid"):
+        checked(Guided(fidelity=Kinematic()))

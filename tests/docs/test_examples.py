@@ -10,6 +10,7 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.primitives import FirstOrderTaylorApproximation
 
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.decomposers.blending import Blending
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
@@ -71,7 +72,7 @@ def test_linearized_loop_agrees_with_drakes_taylor_approximation(example):
     s, _ = lesson.by_hand(*unfiltered)
     found = lesson.linearized(*unfiltered, s)
 
-    loop = made.make_blended_loop(Blending(), Smoother(enabled=False), s[5])
+    loop = made.make_blended_loop(Blending(), Unsmoothed(), s[5])
     context = loop.CreateDefaultContext()
     command = loop.GetInputPort("ee_command")
     command.FixValue(context, [lesson.V_C, 0.0, 0.0])

@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.unsmoothed import Unsmoothed
 from drake_mobman.base.velocity_field import (
     VelocityField,
     field_velocity,
@@ -198,7 +199,7 @@ def test_projected_law_never_leaves_the_hand_nor_closes_in_on_it(phi):
 
 def test_without_a_smoother_the_base_gets_the_raw_command():
     # From 5 cm within the zone at 4/s: after a step of 10 ms, 4 % nearer its edge.
-    raw = Smoother(enabled=False)
+    raw = Unsmoothed()
     _, _, last = distances(0.6, 0.0, PARAMS, REACH, raw)
     steps = math.ceil(math.log(field._AT_REST / 0.2) / math.log(0.96))
     assert last == pytest.approx(0.55 + 0.05 * 0.96**steps, abs=1e-9)

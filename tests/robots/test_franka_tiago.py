@@ -6,12 +6,7 @@ import pytest
 
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
-from drake_mobman.robots.franka_tiago import (
-    POSTURE,
-    FrankaTiago,
-    drive_base,
-    reduced_arm,
-)
+from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago, reduced_arm
 
 SAME = 1e-9
 """Two implementations, one URDF: about ten products of rotations, and 40 kg."""
@@ -123,9 +118,7 @@ def test_its_joints_have_the_makers_limits(robot, other):
 
 
 def test_its_base_has_the_makers_numbers(robot):
-    base = drive_base(robot.plant)
-    assert base.wheel_radius == pytest.approx(0.0985)
-    assert base.track == pytest.approx(0.4044)
+    base = robot.base_limits
     assert base.max_speed == 1.0
     assert base.max_acceleration == 1.0
     assert base.max_yaw_rate == pytest.approx(np.deg2rad(120))

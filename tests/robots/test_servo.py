@@ -7,14 +7,15 @@ import re
 
 import numpy as np
 import pytest
-from drake_mobman.robots.robot import make_robot
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
+from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
-from drake_mobman.robots.servo import Servo, make_servo_robot
+from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
@@ -68,9 +69,8 @@ class Bench:
         self.n = len(arm)
         start = [0.0, 0.0, HEADING, *arm]
         servo = servo or Servo()
-        self.diagram = make_servo_robot(
-            robot or known, servo, start, PERIOD, free_arm=free_arm
-        )
+        make = servo.build_guided if free_arm else servo.build
+        self.diagram = make(RobotSetup.of(robot or known, PERIOD), start)
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()
         self.plant = self.diagram.GetSubsystemByName("plant")
@@ -137,12 +137,12 @@ def test_all_signals_of_the_kinematic_robot_are_there_too(name):
     start = [0.0, 0.0, 0.0, *arm]
 
     def ports(fidelity):
-        diagram = make_robot(robot, start, PERIOD, fidelity)
+        diagram = fidelity.build(RobotSetup.of(robot, PERIOD), start)
         given = map(diagram.get_input_port, range(diagram.num_input_ports()))
         made = map(diagram.get_output_port, range(diagram.num_output_ports()))
         return {port.get_name(): port.size() for port in (*given, *made)}
 
-    assert ports(None).items() <= ports(Servo()).items()
+    assert ports(Kinematic()).items() <= ports(Servo()).items()
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -178,11 +178,9 @@ class Asked(LeafSystem):
 def test_nothing_outside_is_asked_but_once_a_control_period(free_arm):
     _, arm = ROBOTS["franka_tiago"]
     builder = DiagramBuilder()
-    robot = builder.AddSystem(
-        make_servo_robot(
-            FrankaTiago(), Servo(), [0.0] * 3 + [*arm], PERIOD, free_arm=free_arm
-        )
-    )
+    make = Servo().build_guided if free_arm else Servo().build
+    setup = RobotSetup.of(FrankaTiago(), PERIOD)
+    robot = builder.AddSystem(make(setup, [0.0] * 3 + [*arm]))
     sources = {"base_command_smoothed": 2} | (
         {} if free_arm else {"arm_velocity_command": 7}
     )
@@ -313,7 +311,7 @@ def test_momentum_changes_by_what_the_base_servos_exert_and_no_faster(name):
 def test_a_jump_straight_ahead_takes_as_long_as_force_and_mass_say():
     robot = Planar()
     start = [0.0, 0.0, 0.0, *robot.arm().inverse((1.999, 0.0, 0.0))]
-    diagram = make_servo_robot(robot, Servo(), start, PERIOD, free_arm=False)
+    diagram = Servo().build(RobotSetup.of(robot, PERIOD), start)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     diagram.GetInputPort("base_command_smoothed").FixValue(context, [1.0, 0.0])

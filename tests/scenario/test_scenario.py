@@ -60,7 +60,7 @@ def test_resolved_scenario_loads_as_the_same(name, tmp_path):
     file.write_text(dump_typed(scenario))
     again = load_scenario(str(file))
     assert again == scenario
-    assert again_name == "some_run"
+    assert again.name == "some_run"
 
 
 @pytest.mark.parametrize("name", scenario_paths())

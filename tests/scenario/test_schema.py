@@ -82,7 +82,7 @@ def test_hand_that_is_led_too_far_too_fast_is_refused():
         load_scenario("petric_guided", [far])
     fast = "hand.path=[{x: 0.58, z: 0.523}, {time: 1, x: 50, z: 0.523}]"
     with pytest.raises(ScenarioError, match="the base follows at most 10 m/s"):
-        load_scenario("petric_guided", [fast, "smoother.enabled=false"])
+        load_scenario("petric_guided", [fast, "smoother=unsmoothed"])
 
 
 @pytest.mark.parametrize(

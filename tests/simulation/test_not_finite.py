@@ -11,6 +11,7 @@ from pydrake.symbolic import MakeVectorVariable
 from pydrake.systems.framework import LeafSystem
 
 from drake_mobman.base.smoother import CommandSmoother, Smoother
+from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.compiled import compiled
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
@@ -85,7 +86,7 @@ def test_smoother_brakes_at_once_where_a_command_is_not_finite(kind, bad):
 def test_smoother_that_is_off_lets_nothing_pass_that_is_not_finite(kind, bad):
     if kind is as_expressions and math.isnan(bad):
         pytest.skip("an Expression that is NaN cannot be made")
-    block = CommandSmoother(Smoother(enabled=False), PERIOD)
+    block = CommandPassThrough()
     assert list(kind(block, "base_command_smoothed", [], [bad, 9.0])) == [0.0, 9.0]
 
 

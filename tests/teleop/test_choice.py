@@ -1,19 +1,18 @@
 """Controllers side by side: one drives, and hands over without a jump."""
 
-import dataclasses as dc
 import math
 
 import numpy as np
 import pytest
 from drake_mobman.diagrams.choice import make_choice
-from drake_mobman.diagrams.teleop import make_decomposer, make_teleop_diagram
+from drake_mobman.diagrams.teleop import make_teleop_diagram
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
 from drake_mobman.console.choices import choices, live
+from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import RobotModel
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.log import read_log
 from drake_mobman.teleop.choice import (
@@ -80,11 +79,8 @@ AT = {
 def kwon():
     """A scenario with all alternatives, its decomposers, and inputs to them."""
     scenario = live(load_scenario("kwon_arbitrary"))
-    model = RobotModel(scenario.robot)
-    blocks = [
-        make_decomposer(dc.replace(scenario, decomposer=one), model)
-        for one in scenario.controllers
-    ]
+    setup = scenario.setup()
+    blocks = [build_decomposer(one, setup) for one in scenario.controllers]
     q = scenario.robot.arm().inverse(AT["ee_cylindrical"])
     return scenario, blocks, AT | {"arm_position": q}
 

@@ -58,7 +58,7 @@ def held(*command):
 
 
 FOLLOWED = ("decomposer=velocityfield",)
-SMOOTHED = ("smoother.enabled=true",)
+SMOOTHED = ("smoother=smoother",)
 LOOPS = [
     ("kwon_arbitrary", ("start.l=1.6",)),
     ("kwon_arbitrary", ("start.l=1.6", *SMOOTHED)),
@@ -96,7 +96,7 @@ def test_base_is_at_rest_in_time_after_the_last_word(name, overrides):
 def test_base_stops_without_more_acceleration_than_it_may_have(name, overrides):
     scenario, log = pushed_and_lost(name, overrides)
     most = scenario.smoother.max_acceleration
-    if not scenario.smoother.enabled:
+    if scenario.smoother.limits().follows_at_once:
         # The gate's ramp, by which the base's share of it goes to rest as well.
         most = 2 * scenario.guard.max_v_c / scenario.guard.stop_time
     stop = log["time"] > 3.2
@@ -241,7 +241,7 @@ def dragged():
     """The last link is dragged 0.8 m ahead of where it is over the base, and let go."""
     model = RobotModel(FrankaTiago())
     scenario = load_scenario("petric_guided")
-    q = scenario.start_position(model)
+    q = scenario.start_position(scenario.setup())
     link = model.arm_bodies["link7"]
     p_WQ, _ = model.point_W(link, POINT, [*q, *np.zeros(10)])
     pull = Dragged(link, *POINT, *np.add(p_WQ, [0.8, 0.0, 0.0]))
@@ -305,7 +305,7 @@ def test_arm_that_is_held_anywhere_by_its_hand_does_not_shake(seed):
     # Held by an edge of its hand, the arm gives way most easily.
     model = RobotModel(FrankaTiago())
     scenario = load_scenario("petric_guided")
-    q = scenario.start_position(model)
+    q = scenario.start_position(scenario.setup())
     rng = np.random.default_rng(seed)
     body = model.arm_bodies["hand"]
     edge = rng.choice([-1, 1], 3) * [0.03, 0.1, 0.06]

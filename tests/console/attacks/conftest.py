@@ -357,7 +357,7 @@ def shared(mobman_drive, tmp_path_factory):
     folder = tmp_path_factory.mktemp("shared")
     (folder / "runs").write_text("a file, where recordings of the page would go")
     # What has no smoother stops at once; here the base has to brake.
-    arguments = ("kwon_arbitrary", "--set", "smoother.enabled=true")
+    arguments = ("kwon_arbitrary", "--set", "smoother=smoother")
     with mobman_drive(*arguments, cwd=folder) as drive:
         drive.ask()  # By now, all is imported that a page takes.
         yield drive
