@@ -141,7 +141,7 @@ def test_rates_of_the_programs_keep_what_limits_there_are():
 def exact_block(robot, limits, **smoother):
     arm = robot.arm()
     return ExactDecomposer(
-        Exact(), WorkspaceLimits(), arm, limits, Smoother(**smoother), PERIOD
+        Exact(), WorkspaceLimits(), arm, limits, Smoother(**smoother).limits(), PERIOD
     )
 
 
@@ -264,7 +264,7 @@ def test_a_first_joint_without_limits_leaves_the_elbow_its_own(fed, outputs):
             context = fed(
                 each,
                 ee_command=(0.3, 0.4, 0.0),
-                workspace=arm.ee_cylindrical(q),
+                ee_cylindrical=arm.ee_cylindrical(q),
                 arm_position=q,
                 base_command_smoothed=(0.0, 0.0),
             )
@@ -287,7 +287,7 @@ def test_a_joint_that_is_nowhere_makes_no_command_that_looks_like_one(robot, fed
         context = fed(
             each,
             ee_command=(0.3, 0.4, 0.1),
-            workspace=(1.0, 0.3, 0.0),
+            ee_cylindrical=(1.0, 0.3, 0.0),
             arm_position=nowhere,
             base_command_smoothed=(0.0, 0.0),
         )

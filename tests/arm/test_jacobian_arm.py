@@ -68,7 +68,9 @@ COMMAND = st.tuples(SPEED, SPEED, SPEED)
 def random_angles(count, seed=0):
     """Yields joint angles within the limits, the hand turned anyhow."""
     rng = np.random.default_rng(seed)
-    yield from rng.uniform(MODEL.joint_limits.lower, MODEL.limits.upper, (count, 7))
+    yield from rng.uniform(
+        MODEL.joint_limits.lower, MODEL.joint_limits.upper, (count, 7)
+    )
 
 
 def regular_angles(count, arm=ARM):

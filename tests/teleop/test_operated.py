@@ -148,8 +148,8 @@ POINTS = st.lists(st.floats(-2, 2), min_size=3, max_size=3)
 
 def test_hand_goes_along_across_and_up_as_worked_out_by_hand():
     # The base looks along y, the arm to its right, along x: across it is along y.
-    workspace, theta = (0.5, -math.pi / 2, 0.3), math.pi / 2
-    v_WH = commanded_velocity((0.3, 0.4, 0.1), workspace, theta)
+    ee_cylindrical, theta = (0.5, -math.pi / 2, 0.3), math.pi / 2
+    v_WH = commanded_velocity((0.3, 0.4, 0.1), ee_cylindrical, theta)
     np.testing.assert_allclose(v_WH, [0.3, 0.2, 0.1], atol=1e-15)
 
 
