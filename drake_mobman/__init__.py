@@ -22,8 +22,10 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
     from drake_mobman.arm.damped_inverse import DampedInverse
     from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
+    from drake_mobman.arm.inverse import ArmInverse
     from drake_mobman.arm.limits import JointLimits
     from drake_mobman.arm.oriented_inverse import OrientedInverse
+    from drake_mobman.base.jerk_limited import JerkLimited, JerkLimiter
     from drake_mobman.base.smoother import CommandSmoother, Smoother
     from drake_mobman.base.unsmoothed import CommandPassThrough, Unsmoothed
     from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
@@ -43,11 +45,11 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
     from drake_mobman.diagrams import make_diagram
     from drake_mobman.figures import draw_figures
-    from drake_mobman.guidance.applied_force import Push
+    from drake_mobman.guidance.applied_force import PointForce
     from drake_mobman.guidance.guiding_hand import (
+        GraspForce,
         GuidingHand,
         Hand,
-        Pull,
         Release,
         Waypoint,
     )
@@ -74,15 +76,18 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.teleop.external import External
     from drake_mobman.teleop.gate import CommandGate, Gate
     from drake_mobman.teleop.guard import CommandGuard, Guard
-    from drake_mobman.teleop.led_hand import Lead, LedHand
+    from drake_mobman.teleop.led_hand import LedHand, SteeredGrasp
     from drake_mobman.teleop.live import LiveSource, Operator
     from drake_mobman.teleop.recorded import RecordedSource, Recording
     from drake_mobman.teleop.scripted import Held, Script, ScriptedSource, Smooth
     from drake_mobman.teleop.stop_ramp import StopRamp
 else:
-    __getattr__ = lazy_getattr(__name__)
+    __getattr__ = lazy_getattr(
+        __name__, ("arm", "base", "decomposers", "guidance", "robots", "teleop")
+    )
 
 __all__ = [
+    "ArmInverse",
     "BaseLimits",
     "Blending",
     "BlendingDecomposer",
@@ -105,15 +110,17 @@ __all__ = [
     "FieldDecomposer",
     "FrankaTiago",
     "Gate",
+    "GraspForce",
     "Guard",
     "Guided",
     "GuidingHand",
     "Hand",
     "Held",
+    "JerkLimited",
+    "JerkLimiter",
     "JointLimits",
     "Kinematic",
     "KinematicRobot",
-    "Lead",
     "LedHand",
     "LiveSource",
     "Operator",
@@ -122,9 +129,8 @@ __all__ = [
     "ParameterError",
     "Planar",
     "Planned",
+    "PointForce",
     "Projection",
-    "Pull",
-    "Push",
     "Qp",
     "QpDecomposer",
     "Reach",
@@ -141,6 +147,7 @@ __all__ = [
     "Smoother",
     "Spatial",
     "Start",
+    "SteeredGrasp",
     "StopRamp",
     "Switching",
     "SwitchingDecomposer",
