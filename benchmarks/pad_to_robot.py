@@ -26,9 +26,10 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_mobman.console.server import Server, listening
+from drake_mobman.console.addresses import listening
+from drake_mobman.console.server import Server
 from drake_mobman.console.session import LiveSession
-from drake_mobman.decomposers import Blending
+from drake_mobman.decomposers.blending import Blending
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
@@ -208,7 +209,7 @@ def lasts(name, minutes):
     """Drives by the command line and a scripted browser, and prints how it went."""
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / name
-        command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive", name]
+        command = [sys.executable, "-u", "-m", "drake_mobman", "drive", name]
         process = subprocess.Popen(
             [*command, "--port", "0", "--record", str(folder)],
             stdout=subprocess.PIPE,

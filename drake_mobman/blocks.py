@@ -1,4 +1,4 @@
-"""Blocks for any scalar, written once as a plain class."""
+"""Blocks for any scalar type, each written once as a plain class."""
 
 import inspect
 from collections.abc import Callable, Iterable
@@ -12,11 +12,11 @@ B = TypeVar("B")
 V = TypeVar("V")
 
 _OWN = ("__dict__", "__init__", "__weakref__")
-"""What each class has for itself, and no other takes over."""
+"""Members of a class that are not copied to another class."""
 
 
 def scalar_block(definition: type[B]) -> type[B]:
-    """Makes a block for float, AutoDiffXd and Expression of one for float.
+    """Turns a block for float into one for float, AutoDiffXd and Expression.
 
     ::
 
@@ -27,19 +27,24 @@ def scalar_block(definition: type[B]) -> type[B]:
                 ...
 
     `__init__` declares ports and state; the `LeafSystem` is there already, so it calls
-    no `super().__init__()`. What a block was built with is kept for its conversions: no
-    block says how it is copied. `self.scalar` is its scalar type, and `Gain.template`
-    Drake's template, with `Gain.template[AutoDiffXd]`.
+    no `super().__init__()`. The arguments of `__init__` are stored, and a conversion to
+    another scalar type calls it again with them. `self.scalar` is the scalar type of a
+    block, and `Gain.template` Drake's template: `Gain.template[AutoDiffXd]` is a class.
+
+    A block may be defined by a class between it and `LeafSystem`, too. It gets the
+    methods of that class, but `super()` does not find them: call them by the class's
+    name, as in `Base.__init__(self, ...)`.
 
     Args:
-        definition: a `LeafSystem` of vector ports; or of a class like it, whose methods
-            it then has, but that no `super()` leads to.
+        definition: a `LeafSystem` with vector ports. Where it works for some scalar
+            types only, its attribute `scalars` lists them, float first.
 
     Returns:
         The block for float, with the definition's name, signature and docstring.
     """
     name, module = definition.__name__, definition.__module__
     own = _members(definition)
+    scalars = own.get("scalars")
     construct: Callable[..., None] = definition.__init__
 
     def instantiation(T: Any) -> type:
@@ -62,7 +67,8 @@ def scalar_block(definition: type[B]) -> type[B]:
         return type(name, (LeafSystem_[T],), members)
 
     scope = inspect.getmodule(definition)
-    template = TemplateSystem.define(f"{name}_", scope=scope)(instantiation)
+    define = TemplateSystem.define(f"{name}_", T_list=scalars, scope=scope)
+    template = define(instantiation)
     block = template[None]
     block.template = template
     block.__name__ = block.__qualname__ = name
@@ -72,7 +78,7 @@ def scalar_block(definition: type[B]) -> type[B]:
 
 
 def _members(definition: type) -> dict[str, Any]:
-    """Returns what a class and those between it and `LeafSystem` define."""
+    """Returns the members that a class, and its bases up to `LeafSystem`, define."""
     own: dict[str, Any] = {}
     for each in reversed(definition.__mro__):
         if issubclass(each, LeafSystem) and each not in LeafSystem.__mro__:
@@ -81,15 +87,16 @@ def _members(definition: type) -> dict[str, Any]:
 
 
 def _without_self(method: Callable[..., None]) -> inspect.Signature:
+    """Returns a method's signature as its caller sees it."""
     signature = inspect.signature(method)
     return signature.replace(parameters=list(signature.parameters.values())[1:])
 
 
 class Cached(Generic[V]):
-    """A value that several outputs come of, worked out once for all of them.
+    """A value that several outputs need, computed once for all of them.
 
     Attributes:
-        ticket: for what depends on it.
+        ticket: dependency ticket of the value, for `prerequisites_of_calc`.
     """
 
     def __init__(self, entry: Any) -> None:
@@ -105,15 +112,16 @@ class Cached(Generic[V]):
 def cached(
     block: Any, calc: Callable[[Any], V], needs: Iterable[Any] | None = None
 ) -> Cached[V]:
-    """Declares a value that a block keeps in its cache.
+    """Declares a value in a block's cache.
 
     Args:
-        block: that keeps it.
-        calc: returns the value, any object, in a context of the block.
-        needs: tickets of what it depends on; all inputs and the state unless given.
+        block: whose cache it is.
+        calc: returns the value, any object, for a context of the block.
+        needs: tickets of what the value depends on; by default, all inputs and the
+            discrete state.
     """
     if needs is None:
-        # Not time: what depends on it is worked out twice a period.
+        # Without time: what depends on time is computed twice a period.
         needs = block.all_input_ports_ticket(), block.xd_ticket()
     entry = block.DeclareCacheEntry(
         calc.__name__,

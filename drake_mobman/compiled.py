@@ -1,8 +1,8 @@
-"""Blocks compiled: their laws as Drake's own expressions, evaluated without Python.
+"""Compiled blocks: their laws as Drake's expressions, evaluated without Python.
 
-A block is evaluated once on `Expression`s; what comes out is put in a
-`SymbolicVectorSystem` for each output port, behind ports of the same names, and what
-these have in common in systems before them.
+A block is evaluated once on `Expression`s. The result goes into a
+`SymbolicVectorSystem` for each output port, behind ports of the same names, and common
+subexpressions go into systems before them.
 """
 
 from collections.abc import Hashable, Iterable, Mapping
@@ -23,23 +23,23 @@ from drake_mobman.subexpressions import Named, eliminate_common_subexpressions
 
 
 def compiled(block: Any) -> Any:
-    """Returns a block that does as `block` does, without Python where that goes.
+    """Returns the same block, evaluated without Python where that is possible.
 
-    Its ports have the same names and sizes. What it puts out is the same up to the
-    rounding of a handful of operations, as expressions are simplified. An output that
-    takes no Expressions, as where a `MultibodyPlant` is asked, is left to the block
-    itself; a block of which that is all is returned as it is.
+    Its ports have the same names and sizes. Its outputs are the same up to the rounding
+    of a few operations, as Drake simplifies expressions. An output that cannot be
+    evaluated on Expressions, because it uses a `MultibodyPlant`, is left to the block
+    itself. A block with such outputs only is returned as it is.
 
     Args:
         block: a `LeafSystem` of vector ports; its state, if any, is one discrete vector
             that is updated every `block.period` [s].
     """
     try:
-        # Numpy warns of expressions, as it takes them for numbers that are none.
+        # Numpy warns of expressions, as it takes them for invalid numbers.
         with np.errstate(invalid="ignore"):
             laws = _Laws(block)
     except (AttributeError, RuntimeError, TypeError):
-        return block  # It has no conversion to Expression, or its update takes none.
+        return block  # It, or its update, does not work on Expressions.
     return _Compiled(block, laws) if laws.outputs else block
 
 
@@ -72,24 +72,24 @@ class _Laws:
             try:
                 self.outputs[port.get_name()] = list(port.Eval(context))
             except (AttributeError, RuntimeError, TypeError):
-                continue  # It asks a model that takes no expressions.
+                continue  # It uses a model that takes no Expressions.
 
-        taken = [set(_taken(law, self.inputs)) for law in self.outputs.values()]
-        # What one output takes and another one does not.
-        self.optional = set().union(*taken) - set(self.inputs).intersection(*taken)
+        used = [set(_used(law, self.inputs)) for law in self.outputs.values()]
+        # Inputs of some outputs, but not of all.
+        self.optional = set().union(*used) - set(self.inputs).intersection(*used)
 
     def outputs_alike(self) -> list[list[str]]:
-        """Returns the outputs that one system can put out together."""
+        """Returns the outputs in groups, each with the same optional inputs."""
         alike: dict[Hashable, list[str]] = {}
         for name, law in self.outputs.items():
-            takes = self.optional.intersection(_taken(law, self.inputs))
+            takes = self.optional.intersection(_used(law, self.inputs))
             alike.setdefault(frozenset(takes), []).append(name)
         return list(alike.values())
 
     def eliminate_common_subexpressions(
         self,
     ) -> tuple[list[Any], dict[str, list[Any]], list[Named]]:
-        """Returns update and outputs, and what they have in common."""
+        """Returns update and outputs in terms of common subexpressions, and these."""
         every = [self.update, *self.outputs.values()]
         named, flat = eliminate_common_subexpressions([e for law in every for e in law])
         rest = iter(flat)
@@ -98,7 +98,7 @@ class _Laws:
 
 
 _STATE = "the state"
-"""Stands among the names of the inputs, which have no spaces."""
+"""A key beside the names of the inputs, which have no spaces."""
 
 
 class _Compiled(Diagram):
@@ -118,7 +118,7 @@ class _Compiled(Diagram):
             kept = {"state": laws.state, "dynamics": update}
             kept["time_period"] = block.period
         if groups or len(outputs) != 1:
-            # More than one system has a use for the state.
+            # More than one system uses the state.
             if update:
                 systems.add([1 * x for x in laws.state], _STATE, **kept)
             kept = {}
@@ -138,22 +138,24 @@ class _Compiled(Diagram):
 
 
 class _Systems:
-    """Systems of expressions, each fed with just the vectors that it takes."""
+    """Systems of expressions, each connected only to what it uses."""
 
     def __init__(self, vectors: Mapping[Hashable, Any], time: Any) -> None:
         self.builder = DiagramBuilder()
         self._vectors = vectors
         self._time = time
-        self._sources: dict[Hashable, Any] = {}  # Who puts out a vector.
-        self._wires: list[tuple[Any, Hashable]] = []  # Who takes which.
+        self._sources: dict[Hashable, Any] = {}  # Output port of each vector.
+        self._wires: list[
+            tuple[Any, Hashable]
+        ] = []  # Input ports, and the vector of each.
 
     def add(self, law: list[Any], own: Hashable = None, **keep: Any) -> Any:
         """Adds a system; returns its output, which is the vector `own`, if given.
 
         Args:
-            law: what it puts out.
+            law: its output.
             own: key of the vector that this is.
-            keep: state, dynamics and period of a system that has a state.
+            keep: state, dynamics and period of a system with a state.
         """
         ids = {
             v.get_id()
@@ -178,10 +180,10 @@ class _Systems:
         return system.get_output_port()
 
     def _feed(self, system: Any, chosen: Mapping[Hashable, list[int]]) -> None:
-        """Feeds a system with just the elements that it takes: each costs.
+        """Connects a system only to the elements that it uses, as each costs time.
 
         Args:
-            system: that takes them, one after the other.
+            system: its input is these elements, one after the other.
             chosen: indices of the elements, by the key of their vector.
         """
         sizes = [len(self._vectors[key]) for key in chosen]
@@ -221,7 +223,7 @@ class _Systems:
         return {port.get_name(): port for port in ports}
 
     def connect(self, inputs: Mapping[str, Any]) -> None:
-        """Feeds every system, and exports the inputs, also those that none takes."""
+        """Connects every system, and exports the inputs, also those that none uses."""
         for name, variables in inputs.items():
             ends = [end for end, key in self._wires if key == name]
             if not ends:
@@ -235,8 +237,8 @@ class _Systems:
                 self.builder.Connect(self._sources[key], end)
 
 
-def _taken(law: Iterable[Any], vectors: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Returns those of the vectors of variables that the expressions take."""
+def _used(law: Iterable[Any], vectors: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Returns those of the vectors of variables that the expressions use."""
     ids = {v.get_id() for e in law for v in e.GetVariables()}
     return {
         key: vector
@@ -246,10 +248,10 @@ def _taken(law: Iterable[Any], vectors: Mapping[Any, Any]) -> dict[Any, Any]:
 
 
 def _grouped(names: list[Named], laws: _Laws) -> dict[Hashable, list[Named]]:
-    """Returns the names that one system can put out together, in order.
+    """Returns the named subexpressions in groups, each for one system, in order.
 
-    Those of one level that need the same optional inputs: with others, an output would
-    seem to depend on what it does not, and a loop of blocks on itself.
+    Those of one level and with the same optional inputs: otherwise an output would seem
+    to depend on inputs that it does not use, and a diagram to have an algebraic loop.
     """
     needs = {
         v.get_id(): frozenset({name} & laws.optional)

@@ -6,7 +6,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+import numpy.typing as npt
+from pydrake.math import atan2, cos, sin, sqrt
 from pydrake.symbolic import Expression, ExpressionKind, Formula, Variable, if_then_else
 from pydrake.symbolic import max as symbolic_max
 from pydrake.symbolic import min as symbolic_min
@@ -14,11 +15,14 @@ from pydrake.symbolic import min as symbolic_min
 Scalar = Any
 """A float, an `AutoDiffXd` or an `Expression`; a law takes any of them.
 
-Told apart by `type(x) is ...`: to ask `isinstance` costs more than what is asked for.
+Tell them apart by `type(x) is ...`: `isinstance` would take longer than the law itself.
 """
 
-Vector = Sequence[Scalar] | np.ndarray
-"""Several of them: a tuple, a list or an array."""
+Matrix = npt.NDArray[Any]
+"""An array of scalars, of any shape: the docstring says which."""
+
+Vector = Sequence[Scalar] | Matrix
+"""Scalars in a row: a list, a tuple or an array."""
 
 
 def where(condition: Any, if_true: Scalar, if_false: Scalar) -> Scalar:
@@ -141,3 +145,14 @@ def smoothstep(x: Scalar, lower: Scalar, upper: Scalar) -> Scalar:
     """Returns 0 up to `lower`, 1 from `upper` on, and a smooth cubic between."""
     s = larger(smaller((x - lower) / (upper - lower), 1.0), 0.0)
     return s * s * (3.0 - 2.0 * s)
+
+
+def wrapped_angle(angle: Scalar) -> Scalar:
+    """Returns the same angle [rad] between -pi and pi."""
+    return atan2(sin(angle), cos(angle))
+
+
+def clamped_norm(vector: Matrix, limit: float) -> Matrix:
+    """Returns `vector`, or that of norm `limit` in its direction, if it is longer."""
+    squared = vector @ vector
+    return vector * (limit / sqrt(squared)) if squared > limit**2 else vector

@@ -13,7 +13,7 @@ P_BT = "p_BT"
 """3: position of the translational end effector T in B [m]."""
 
 BASE_COMMAND = "base_command"
-"""2: `v_b` [m/s] forward, `omega_b` [rad/s]: what a controller wants of the base."""
+"""2: `v_b` [m/s] forward, `omega_b` [rad/s]: the command of a controller."""
 
 BASE_CONTRIBUTION = "base_contribution"
 """2: `v_bm` [m/s], `omega_b` [rad/s]: the part of `ee_command` left to the base."""
@@ -22,10 +22,13 @@ BASE_COMMAND_SMOOTHED = "base_command_smoothed"
 """2: `base_command` after smoothing and limits: what the base gets."""
 
 ARM_COMMAND = "arm_command"
-"""3: `v_m` [m/s], `omega_m` [rad/s], `v_z` [m/s]: rates of `workspace` for the arm."""
+"""3: `v_m` [m/s], `omega_m` [rad/s], `v_z` [m/s]: the arm's part of the command.
+
+These are the rates of `ee_cylindrical` that the arm is to make.
+"""
 
 ARM_VELOCITY_COMMAND = "arm_velocity_command"
-"""n: joint rates that the arm is to make [rad/s]."""
+"""n: commanded joint rates [rad/s]."""
 
 ARM_POSITION = "arm_position"
 """n: joint angles [rad]."""
@@ -43,13 +46,13 @@ GUARD_STATUS = "guard_status"
 """1: why the guard stops the command, a `GuardStatus`."""
 
 DECOMPOSER_STATUS = "decomposer_status"
-"""1: what keeps the hand slower than commanded, a sum of `DecomposerStatus` flags."""
+"""1: what slows the end effector down, a sum of `DecomposerStatus` flags."""
 
 ARM_STATUS = "arm_status"
 """1: what bounds the arm's rates, a sum of `ArmStatus` flags."""
 
 FIELD_ZONE = "field_zone"
-"""1: what the velocity field asks for, a sum of `Zone` flags."""
+"""1: where the end effector is in the velocity field, a sum of `Zone` flags."""
 
 TOOL_POSITION = "tool_position"
 """3: p_WE [m]."""
@@ -58,41 +61,41 @@ TOOL_VELOCITY = "tool_velocity"
 """3: v_WE [m/s] in W."""
 
 HAND_POSITION = "hand_position"
-"""3: p_WH [m], where the guiding hand H is, or where it leads what is dragged."""
+"""3: p_WH [m], the position of the guiding hand H."""
 
 HAND_FORCE = "hand_force"
-"""3: force of the guiding hand in W [N]; zero when it lets go.
+"""3: force of the guiding hand in W [N], on the tool or on the point that is dragged.
 
-On the tool at E, or on the point that is dragged.
+Zero while the hand has let go.
 """
 
 SPATIAL_FORCES = "spatial_forces"
-"""Forces from outside on bodies: a list of `ExternallyAppliedSpatialForce`."""
+"""External forces on bodies: a list of `ExternallyAppliedSpatialForce`."""
 
 ROBOT_STATE = "robot_state"
 """2 (3 + n): positions of base and arm, then rates, as `MultibodyPlant` has them."""
 
 OPERATOR_INPUT = "operator_input"
-"""14: what the operator says, as it reached the robot; may hold anything at all.
+"""14: the operator's input, as it reached the robot; any number may be invalid.
 
 `v_c` [m/s], `omega_c` [rad/s], `v_z` [m/s] as in `ee_command`; `dead_man`, 1 while
-held; `age` [s] since the operator said so, infinite while there is none; `stop`, 1
-when anyone asks for a stop; `choice`, which of the decomposers or fields is to drive;
-and as in `drag`, which point of the arm is to be dragged whereto.
+held; `age` [s] since the operator sent it, infinite while there is none; `stop`, 1
+when anyone requests a stop; `choice`, the index of the controller that is to drive; and
+the components of `drag`.
 """
 
 DRAG = "drag"
-"""7: a point Q of a body B that is dragged, and whereto.
+"""7: a point Q of a body B that is dragged, and its target.
 
-Index of B in the plant, 0 while nothing is dragged; p_BQ (3) [m]; and where Q is to be
+Index of B in the plant, 0 while nothing is dragged; p_BQ (3) [m]; and the target of Q
 (3) [m], from the base's centre on the floor, in W's axes.
 """
 
 GATE_STATUS = "gate_status"
-"""1: why the gate holds the robot still, a `GateStatus`, until it is armed again."""
+"""1: why the gate holds the robot still, a `GateStatus`."""
 
 GATE_ARMING = "gate_arming"
-"""1: how far the operator has come in arming the gate, an `Arming`."""
+"""1: which step of arming the gate is in, an `Arming`."""
 
 HANDOVER = "handover"
-"""3: who drove, who is to, each as a `choice`, and how far that has come, 0 to 1."""
+"""3: indices of the last controller and of the one now, and the latter's weight."""

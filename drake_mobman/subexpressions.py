@@ -1,7 +1,7 @@
-"""What several expressions have in common, worked out once.
+"""Common-subexpression elimination: what expressions share is evaluated once.
 
-An `Expression` is evaluated as a tree: what it uses twice, it works out twice. Here the
-largest of that get names of their own.
+Drake evaluates an `Expression` as a tree: a part that occurs twice is evaluated twice.
+Here, the parts that save the most get variables of their own.
 """
 
 import dataclasses as dc
@@ -11,29 +11,30 @@ from typing import Any
 from pydrake.symbolic import Expression, ExpressionKind, Formula, Variable
 
 _WORTH = 150
-"""Operations that a name must save: a name may take a system of its own, and that costs
-at every step of a diagram as much as so many, asked or not."""
+"""Least operations that a variable must save. It may need a system of its own, and that
+costs about as much at every step of a diagram, evaluated or not."""
 
 
 @dc.dataclass(frozen=True)
 class Named:
-    """A subexpression with a name, made of variables and of names of lower levels."""
+    """A subexpression with a variable of its own."""
 
     variable: Variable
-    law: Expression
+    law: Expression  # In terms of other variables, and of named ones of lower levels.
     level: int
 
 
 def eliminate_common_subexpressions(
     laws: Sequence[Expression], worth: int = _WORTH
 ) -> tuple[list[Named], list[Expression]]:
-    """Returns named subexpressions, and the laws in terms of them.
+    """Returns named subexpressions, and the laws in terms of their variables.
 
-    Each time that one is named which saves most, while that is `worth` operations.
+    Names the subexpression that saves most operations, again and again, while it saves
+    at least `worth`. The values of the laws stay the same to the last bit.
 
     Args:
-        laws: the expressions; their values stay the same to the last bit.
-        worth: operations that a name must save.
+        laws: the expressions.
+        worth: least operations that a name must save.
     """
     graph = _Graph()
     roots = [graph.number(law) for law in laws]
@@ -53,19 +54,19 @@ def eliminate_common_subexpressions(
 
 
 class _Graph:
-    """Expressions taken apart: each distinct part once, after those it is made of."""
+    """Expressions as a graph: each distinct part once, after its operands."""
 
     def __init__(self) -> None:
         self._numbers: dict[Any, int] = {}
         self._seen: dict[str, list[tuple[Any, int]]] = {}
         self._parts: list[Any] = []
-        self._made_of: list[tuple[int, ...]] = []
+        self._operands: list[tuple[int, ...]] = []
 
     def number(self, part: Any) -> int:
         """Returns the number of an expression, a formula or a constant."""
         if not isinstance(part, Expression | Formula):
             return self._numbered(part)
-        # To take apart again what has been costs as much as the whole tree of it.
+        # Looked up first: taking a known part apart again costs as much as its tree.
         alike = self._seen.setdefault(str(part), [])
         for other, number in alike:
             if other.EqualTo(part):
@@ -75,13 +76,13 @@ class _Graph:
         return number
 
     def _numbered(self, part: Any) -> int:
-        call, arguments = _taken_apart(part)
-        made_of = tuple(map(self.number, arguments))
-        key = call, made_of
+        call, arguments = _unapplied(part)
+        operands = tuple(map(self.number, arguments))
+        key = call, operands
         if key not in self._numbers:
             self._numbers[key] = len(self._parts)
             self._parts.append((call, part))
-            self._made_of.append(made_of)
+            self._operands.append(operands)
         return self._numbers[key]
 
     def all_parts(self) -> range:
@@ -91,21 +92,21 @@ class _Graph:
     def most_saving(
         self, roots: Sequence[int], named: set[int], worth: int
     ) -> int | None:
-        """Returns which expression saves most operations if named, if any is worth it.
+        """Returns the expression that saves most operations if named, or None.
 
         Args:
             roots: the laws.
-            named: what has a name already.
-            worth: the least to be saved.
+            named: numbers of those that are named already.
+            worth: least operations to be saved.
         """
         count = len(self._parts)
         size, times = [0] * count, [0] * count
         for n in range(count):
-            size[n] = 1 + sum(1 if m in named else size[m] for m in self._made_of[n])
+            size[n] = 1 + sum(1 if m in named else size[m] for m in self._operands[n])
         for root in roots:
             times[root] += 1
         for n in reversed(range(count)):
-            for m in self._made_of[n]:
+            for m in self._operands[n]:
                 times[m] += 1 if n in named else times[n]
         best, saved = None, worth
         for n in range(count):
@@ -120,18 +121,18 @@ class _Graph:
     def rebuilt(
         self, number: int, rewritten: dict[int, tuple[Any, int]]
     ) -> tuple[Any, int]:
-        """Returns a part made anew of rewritten ones, and the level that it needs."""
+        """Returns a part rebuilt from rewritten operands, and its level."""
         call, part = self._parts[number]
-        if not self._made_of[number]:
+        if not self._operands[number]:
             return part, 0
         arguments, levels = zip(
-            *(rewritten[m] for m in self._made_of[number]), strict=True
+            *(rewritten[m] for m in self._operands[number]), strict=True
         )
         return call(*arguments), max(levels)
 
 
-def _taken_apart(part: Any) -> tuple[Any, Sequence[Any]]:
-    """Returns what makes a part of its arguments, or what tells a leaf from others."""
+def _unapplied(part: Any) -> tuple[Any, Sequence[Any]]:
+    """Returns a part's function and operands; a leaf has a key for a function."""
     if isinstance(part, Formula):
         return part.Unapply()
     if not isinstance(part, Expression):

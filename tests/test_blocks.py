@@ -1,22 +1,35 @@
 """What holds for every block that is a template of its scalar."""
 
 import functools
+import inspect
+import pydoc
 
 import numpy as np
 import pytest
-from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.autodiffutils import (
+    AutoDiffXd,
+    ExtractGradient,
+    ExtractValue,
+    InitializeAutoDiff,
+)
 from pydrake.symbolic import Evaluate, Expression, MakeVectorVariable
+from pydrake.systems.framework import LeafSystem
 
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
+from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.arm.oriented_inverse import OrientedInverse
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.base.unsmoothed import CommandPassThrough
+from drake_mobman.blocks import cached, scalar_block
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
+from drake_mobman.guidance.guiding_hand import GraspForce
 from drake_mobman.robots.kinematic import KinematicRobot
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
+from drake_mobman.teleop.guard import CommandGuard
 
 PERIOD = 0.01
 
@@ -301,3 +314,129 @@ def test_two_contexts_do_not_disturb_each_other(case, results, fed, outputs, ste
         for context, expected in zip(contexts, alone, strict=True):
             state = context.get_discrete_state_vector().value()
             np.testing.assert_array_equal(state, expected["next state"])
+
+
+# How a block is written.
+
+
+@scalar_block
+class Gain(LeafSystem):
+    """Multiplies its input.
+
+    Args:
+        k: the gain.
+        offset: added to it.
+    """
+
+    def __init__(self, k: float, offset: float = 0.0) -> None:
+        self.k, self.offset, self.count = k, offset, 0
+        self.u = self.DeclareVectorInputPort("u", 1)
+        self.scaled = cached(self, self._calc_scaled)
+        for name in ("y", "z"):
+            self.DeclareVectorOutputPort(
+                name, 1, self._calc, prerequisites_of_calc={self.scaled.ticket}
+            )
+
+    def _calc_scaled(self, context):
+        self.count += 1
+        return self.k * self.u.Eval(context) + self.offset
+
+    def _calc(self, context, output):
+        output.SetFromVector(self.scaled(context))
+
+
+class Base(LeafSystem):
+    """Declares one output, which a block defines."""
+
+    def __init__(self, size):
+        self.DeclareVectorOutputPort("y", size, self._calc)
+
+    def _calc(self, context, output):
+        raise NotImplementedError
+
+
+@scalar_block
+class Two(Base):
+    """Puts out its scalar type's two; it knows no Expressions."""
+
+    scalars = float, AutoDiffXd
+
+    def __init__(self):
+        Base.__init__(self, 1)
+
+    def _calc(self, _context, output):
+        output.SetFromVector(np.array([self.scalar(2.0)]))
+
+
+def test_a_block_shows_its_name_arguments_and_docstring():
+    for block in (Gain, Gain(1.0).__class__):
+        assert block.__name__ == block.__qualname__ == "Gain"
+        assert block.__module__ == __name__
+        signature = "(k: float, offset: float = 0.0) -> None"
+        assert str(inspect.signature(block)) == signature
+        shown = pydoc.render_doc(block, renderer=pydoc.plaintext)
+        assert f"Gain{signature}" in shown
+        assert "k: the gain." in shown
+
+
+@pytest.mark.parametrize(
+    ("block", "arguments"),
+    [
+        (ClosedFormInverse, ["arm", "joint_limits", "period", "by"]),
+        (DampedInverse, ["arm", "joint_limits", "period"]),
+        (OrientedInverse, ["arm", "joint_limits", "period", "orientation"]),
+        (EndEffectorSensor, ["arm", "psi", "period"]),
+        (GraspForce, ["params", "period"]),
+        (CommandGuard, ["params", "period"]),
+        (KinematicRobot, ["start", "period"]),
+    ],
+)
+def test_every_block_says_what_it_takes(block, arguments):
+    assert list(inspect.signature(block).parameters) == arguments
+    documented = block.__doc__.partition("Args:")[2]
+    assert all(f"{name}: " in documented for name in arguments)
+    assert f"name: {block.__name__}\n" in block.__doc__
+
+
+@pytest.mark.parametrize(
+    "made", [lambda: Gain(3.0, 0.5), lambda: Gain(3.0, offset=0.5)]
+)
+@pytest.mark.parametrize("scalar", [float, AutoDiffXd, Expression])
+def test_a_conversion_is_built_with_the_same_arguments(made, scalar):
+    block = made().ToScalarType[scalar]()
+    assert type(block) is Gain.template[scalar]
+    assert block.scalar is scalar
+    assert (block.k, block.offset) == (3.0, 0.5)
+    context = block.CreateDefaultContext()
+    block.get_input_port().FixValue(context, [scalar(2.0)])
+    (y,) = block.GetOutputPort("y").Eval(context)
+    value = {
+        float: float,
+        AutoDiffXd: AutoDiffXd.value,
+        Expression: Expression.Evaluate,
+    }
+    assert VALUE[scalar](y) == 6.5
+
+
+def test_a_cached_value_is_computed_once_for_all_outputs(fed, outputs):
+    block = Gain(3.0)
+    context = fed(block, u=[1.0])
+    outputs(block, context)
+    outputs(block, context)
+    assert block.count == 1
+    block.get_input_port().FixValue(context, [2.0])
+    assert outputs(block, context) == {"y": [6.0], "z": [6.0]}
+    assert block.count == 2
+
+
+def test_a_block_has_the_methods_of_its_base_and_its_own_scalars(outputs):
+    block = Two()
+    assert outputs(block, block.CreateDefaultContext()) == {"y": [2.0]}
+    assert block.ToAutoDiffXd().scalar is AutoDiffXd
+    with pytest.raises(RuntimeError, match="Expression"):
+        block.ToSymbolic()
+
+
+def test_a_missing_argument_is_refused_by_name():
+    with pytest.raises(TypeError, match="'k'"):
+        Gain()

@@ -20,7 +20,7 @@ from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
-from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
+from drake_mobman.guidance.guiding_hand import GraspForce, Hand, Release
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import KinematicRobot
@@ -70,7 +70,7 @@ BLOCKS = {
     "planar inverse": lambda: inverse(Planar(), by="positions"),
     "planar inverse by rates": lambda: inverse(Planar(), by="rates"),
     "spatial inverse": lambda: inverse(Spatial(), by="positions"),
-    "pull": lambda: Pull(Hand(releases=[Release(0.5, 1.0)]), PERIOD),
+    "grasp": lambda: GraspForce(Hand(releases=[Release(0.5, 1.0)]), PERIOD),
     "guard": lambda: CommandGuard(Guard(), PERIOD),
     "robot": lambda: KinematicRobot([0.1, 0.2, 0.3, 0.4, -0.5], PERIOD),
 }
@@ -142,7 +142,7 @@ def test_nothing_of_it_is_left_to_python(name):
     assert not compiled(BLOCKS[name]()).HasSubsystemNamed("rest")
 
 
-@pytest.mark.parametrize("name", ["smoother", "robot", "pull", "guard"])
+@pytest.mark.parametrize("name", ["smoother", "robot", "grasp", "guard"])
 def test_states_go_the_same_way_under_a_held_input(name):
     def logged(system):
         builder = DiagramBuilder()

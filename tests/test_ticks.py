@@ -19,7 +19,7 @@ from pydrake.systems.primitives import (
 
 from drake_mobman.base.smoother import smoothed
 from drake_mobman.decomposers.optimization import braking_factor
-from drake_mobman.guidance.guiding_hand import Hand, Pull, Release
+from drake_mobman.guidance.guiding_hand import GraspForce, Hand, Release
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robots.planar import Planar
@@ -244,7 +244,7 @@ def test_hand_lets_go_and_takes_hold_at_the_very_ticks(millis):
     for k, n in [(1, 2), (3, 4), (7, 3), (9, 10), (29, 1), (35, 6), (57, 13)]:
         start, end = (float(Fraction(i * millis, 1000)) for i in (k, k + n))
         hand = dc.replace(Hand(), releases=[Release(start, end)])
-        pull = Pull(hand, period)
+        pull = GraspForce(hand, period)
         context_of = Simulator(pull)
         context = context_of.get_mutable_context()
         away = {"hand_position": [0.01, 0.0, 0.0]}

@@ -1,27 +1,31 @@
-"""The hand's rates as joint rates, in closed form (Kwon et al., eqs. 4-9)."""
+"""Joint rates for the end effector's rates, in closed form (Kwon et al., eqs. 4-9)."""
 
 from typing import Any
 
-from pydrake.systems.framework import LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
-
-from drake_mobman.arm.inverse import declare_inverse_ports
+from drake_mobman.arm.inverse import ArmInverse
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import ArmStatus, JointLimits, bounded_rates
-from drake_mobman.parameters import ParameterError, checked_period
-from drake_mobman.scalars import Scalar, where
+from drake_mobman.blocks import scalar_block
+from drake_mobman.parameters import ParameterError
+from drake_mobman.scalars import Scalar, Vector, where
 
 INVERSES = ("positions", "rates")
 """What may be inverted."""
 
 
 def rates_by_positions(
-    arm: ArmKinematics, q: Any, command: Any, period: float
+    arm: ArmKinematics, q: Vector, command: Vector, period: float
 ) -> tuple[list[Scalar], Scalar]:
     """Returns the joint rates that reach, after `period`, where the command leads.
 
     Inverts the position after one Euler step (eqs. 4, 5 and Algorithm 1 lines 33-34),
     so that a singular Jacobian, as at l = 0, is no trouble.
+
+    Args:
+        arm: whose joints these are.
+        q: joint angles (n,) [rad].
+        command: `arm_command` (3,).
+        period: of the step [s].
 
     Returns:
         The rates (n,) [rad/s], and the `ArmStatus` flags.
@@ -34,9 +38,14 @@ def rates_by_positions(
 
 
 def rates_by_jacobian(
-    arm: ArmKinematics, q: Any, command: Any
+    arm: ArmKinematics, q: Vector, command: Vector
 ) -> tuple[list[Scalar], Scalar]:
     """Returns the joint rates that the inverse of the Jacobian gives (eqs. 8, 9).
+
+    Args:
+        arm: whose joints these are.
+        q: joint angles (n,) [rad].
+        command: `arm_command` (3,).
 
     Returns:
         The rates (n,) [rad/s], damped near a singularity, and the `ArmStatus` flags.
@@ -44,64 +53,51 @@ def rates_by_jacobian(
     return arm.rates(q, command), arm.is_near_singular(q) * float(ArmStatus.SINGULAR)
 
 
-@TemplateSystem.define("ClosedFormInverse_")
-def ClosedFormInverse_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class ClosedFormInverse(ArmInverse):
+    """Turns the rates of `ee_cylindrical` into joint rates that the arm can make.
 
-    class Impl(LeafSystem_[T]):
-        """Turns rates of the workspace into joint rates that the arm can make.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: ClosedFormInverse
+        input_ports:
+        - arm_command
+        - arm_position
+        output_ports:
+        - arm_velocity_command
+        - arm_status
 
-            name: ClosedFormInverse
-            input_ports:
-            - arm_command
-            - arm_position
-            output_ports:
-            - arm_velocity_command
-            - arm_status
+    Args:
+        arm: the arm's kinematics, in closed form.
+        joint_limits: of its n joints.
+        period: control period [s].
+        by: what is inverted, one of `INVERSES`.
 
-        Built as `ClosedFormInverse(arm, limits, period, by="positions")`: the arm's
-        kinematics, its joint limits, the control period [s], and what is inverted, one
-        of `INVERSES`. Raises `ParameterError` where one of them is not valid.
-        """
+    Raises:
+        ParameterError: where `period` or `by` is not valid.
+    """
 
-        def _construct(
-            self,
-            arm: ArmKinematics,
-            limits: JointLimits,
-            period: float,
-            by: str = "positions",
-            converter: Any = None,
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            if by not in INVERSES:
-                raise ParameterError("by", by, f"must be one of {', '.join(INVERSES)}")
-            self.arm, self.limits, self.by = arm, limits, by
-            self.period = checked_period(period)
-            declare_inverse_ports(self, arm.num_joints, self._invert)
+    def __init__(
+        self,
+        arm: ArmKinematics,
+        joint_limits: JointLimits,
+        period: float,
+        by: str = "positions",
+    ) -> None:
+        if by not in INVERSES:
+            raise ParameterError("by", by, f"must be one of {', '.join(INVERSES)}")
+        self.by = by
+        ArmInverse.__init__(self, arm, joint_limits, period)
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(
-                self,
-                other.arm,
-                other.limits,
-                other.period,
-                other.by,
-                converter=converter,
-            )
-
-        def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
-            q = self.position.Eval(context)
-            command = self.command.Eval(context)
-            if self.by == "positions":
-                rates, wanting = rates_by_positions(self.arm, q, command, self.period)
-            else:
-                rates, wanting = rates_by_jacobian(self.arm, q, command)
-            rates, bound = bounded_rates(rates, q, self.limits, self.period)
-            return rates, wanting + bound
-
-    return Impl
+    def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
+        q = self.position.Eval(context)
+        command = self.command.Eval(context)
+        if self.by == "positions":
+            rates, limiting = rates_by_positions(self.arm, q, command, self.period)
+        else:
+            rates, limiting = rates_by_jacobian(self.arm, q, command)
+        rates, bound = bounded_rates(rates, q, self.joint_limits, self.period)
+        return rates, limiting + bound
 
 
-ClosedFormInverse = ClosedFormInverse_[None]
+ClosedFormInverse_ = ClosedFormInverse.template

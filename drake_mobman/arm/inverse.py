@@ -1,47 +1,47 @@
-"""The ports that every inverse of an arm has, so that one swaps for another."""
+"""What every inverse of an arm has in common, so that one swaps for another."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import ValueProducer
+from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.arm.kinematics import ArmKinematics
+from drake_mobman.arm.limits import JointLimits
+from drake_mobman.blocks import cached
+from drake_mobman.parameters import checked_period
 from drake_mobman.scalars import Scalar
 
 
-def declare_inverse_ports(
-    block: Any, joints: int, invert: Callable[[Any], tuple[list[Scalar], Scalar]]
-) -> None:
-    """Declares an inverse's ports; both outputs come of one evaluation.
+class ArmInverse(LeafSystem):
+    """Turns the rates of `ee_cylindrical` into joint rates that the arm can make.
 
-    Args:
-        block: gets `command` and `position`, its inputs, and `inverted`, a cache entry.
-        joints: of the arm, n.
-        invert: returns the joint rates (n,) [rad/s] and the `ArmStatus` flags of what
-            bounds them, from the block's context.
+    A subclass defines `_invert`; both outputs use one evaluation of it.
     """
-    block.command = block.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
-    block.position = block.DeclareVectorInputPort(signals.ARM_POSITION, joints)
-    block.inverted = block.DeclareCacheEntry(
-        "rates and status",
-        ValueProducer(
-            allocate=lambda: AbstractValue.Make(()),
-            calc=lambda context, value: value.set_value(invert(context)),
-        ),
-        {block.all_input_ports_ticket(), block.xd_ticket()},
-    )
 
-    def calc_rates(context: Any, output: Any) -> None:
-        output.SetFromVector(np.array(block.inverted.Eval(context)[0]))
+    def __init__(
+        self, arm: ArmKinematics, joint_limits: JointLimits, period: float
+    ) -> None:
+        self.arm, self.joint_limits = arm, joint_limits
+        self.period = checked_period(period)
+        n = arm.num_joints
+        self.command = self.DeclareVectorInputPort(signals.ARM_COMMAND, 3)
+        self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
+        self.inverted = cached(self, self._invert)
+        for name, size, calc in (
+            (signals.ARM_VELOCITY_COMMAND, n, self._calc_rates),
+            (signals.ARM_STATUS, 1, self._calc_status),
+        ):
+            self.DeclareVectorOutputPort(
+                name, size, calc, prerequisites_of_calc={self.inverted.ticket}
+            )
 
-    def calc_status(context: Any, output: Any) -> None:
-        output.SetFromVector(np.array([block.inverted.Eval(context)[1]]))
+    def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
+        """Returns the joint rates (n,) [rad/s], and the `ArmStatus` flags."""
+        raise NotImplementedError
 
-    needs = {block.inverted.ticket()}
-    rates, status = signals.ARM_VELOCITY_COMMAND, signals.ARM_STATUS
-    block.DeclareVectorOutputPort(
-        rates, joints, calc_rates, prerequisites_of_calc=needs
-    )
-    block.DeclareVectorOutputPort(status, 1, calc_status, prerequisites_of_calc=needs)
+    def _calc_rates(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array(self.inverted(context)[0]))
+
+    def _calc_status(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array([self.inverted(context)[1]]))

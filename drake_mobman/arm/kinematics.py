@@ -1,14 +1,15 @@
-"""What blocks ask of an arm."""
+"""What blocks need to know of an arm."""
 
 from typing import Any, Protocol
 
-from drake_mobman.scalars import Scalar
+from drake_mobman.scalars import Matrix, Scalar, Vector
 
 
 class ArmKinematics(Protocol):
-    """An arm by its kinematics: all angles in rad, lengths in m.
+    """An arm's kinematics: all angles in rad, lengths in m.
 
-    In closed form for any scalar; by a model for float and AutoDiffXd.
+    In closed form for any scalar; by a model for float and AutoDiffXd. `ee_cylindrical`
+    and its rates are (3,): l, psi, z of the end effector E, and v_m, omega_m, v_z.
     """
 
     @property
@@ -21,34 +22,38 @@ class ArmKinematics(Protocol):
 
     @property
     def wrist(self) -> tuple[int, ...]:
-        """Returns the joints that only the orientation needs, where that can give."""
+        """Returns the indices of the joints that move E only by turning it.
 
-    def ee_cylindrical(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns l, psi, z of the end effector E for joint angles `q` (n,)."""
-
-    def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns the translational end effector's position in B."""
-
-    def inverse(self, workspace: Any) -> list[Scalar]:
-        """Returns the joint angles (n,) at `workspace`, or at the nearest in reach."""
-
-    def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
-        """Returns the joint rates (n,) that make `workspace_rates`, damped."""
-
-    def undamped_rates(self, q: Any, *workspace_rates: Any) -> list[list[Scalar]]:
-        """Returns for each of several the joint rates that it takes, however fast.
-
-        Linear in each: what tells how much of a command the joints can make.
+        Empty for an arm whose orientation follows from its position.
         """
 
-    def turn_rates(self, q: Any) -> Any:
-        """Returns the joint rates (n, 3) that turn the hand, E in its place.
+    def ee_cylindrical(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns l, psi, z of E for joint angles `q` (n,)."""
 
-        By 1 rad/s about each of B's axes. Asked only where there is a `wrist`.
+    def p_BT(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns the position of the translational end effector T in B."""
+
+    def inverse(self, ee_cylindrical: Vector) -> list[Scalar]:
+        """Returns the joint angles (n,) there, or at the nearest point in reach."""
+
+    def rates(self, q: Vector, ee_rates: Vector) -> list[Scalar]:
+        """Returns the joint rates (n,) that make `ee_rates`, damped."""
+
+    def undamped_rates(self, q: Vector, *ee_rates: Vector) -> list[list[Scalar]]:
+        """Returns the joint rates (n,) for each of several `ee_rates`, however fast.
+
+        They are linear in each: limits use them to find how much of a command the
+        joints can make.
         """
 
-    def is_near_singular(self, q: Any) -> Scalar:
-        """Returns 1 where `rates` falls short of what it is asked, else 0."""
+    def turn_rates(self, q: Vector) -> Matrix:
+        """Returns the joint rates (n, 3) that turn E in its place.
 
-    def is_in_reach(self, workspace: Any) -> Any:
-        """Returns whether the arm reaches `workspace`, as a truth or a formula."""
+        By 1 rad/s about each of B's axes. Used only where there is a `wrist`.
+        """
+
+    def is_near_singular(self, q: Vector) -> Scalar:
+        """Returns 1 where `rates` falls short of its command, else 0."""
+
+    def is_in_reach(self, ee_cylindrical: Vector) -> Any:
+        """Returns whether the arm reaches a point, as a bool or a `Formula`."""

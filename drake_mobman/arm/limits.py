@@ -4,21 +4,20 @@ import dataclasses as dc
 import enum
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from pydrake.math import sqrt
 
-from drake_mobman.scalars import Scalar, larger, largest, smaller, where
+from drake_mobman.scalars import Scalar, Vector, larger, largest, smaller, where
 
 _SLACK = 1e-9
-"""How far past its limit a joint may be pushed [rad]: rounding must not lock it."""
+"""How far past its limit a joint may go [rad]: rounding must not lock it."""
 
 _CREEP = 1e-15
-"""Stands for no room at all [rad/s], so that nothing is divided by zero."""
+"""Least rate towards a limit [rad/s], so that nothing is divided by zero."""
 
 
 class ArmStatus(enum.IntFlag):
-    """What keeps the arm from making the rates it is asked for."""
+    """What keeps the arm from making the rates commanded."""
 
     OK = 0
     JOINT_RATE = 1
@@ -26,11 +25,11 @@ class ArmStatus(enum.IntFlag):
     JOINT_LIMIT = 2
     """A joint would near the end of its range faster than it can brake."""
     OUT_OF_REACH = 4
-    """The hand would go where the arm does not reach."""
+    """The end effector would go where the arm does not reach."""
     SINGULAR = 8
     """The arm is nearly stretched or folded, and the rates are damped."""
     ORIENTATION = 16
-    """The hand is not turned as told, so that it goes where it is told."""
+    """The end effector is not oriented as commanded, so that it moves as commanded."""
 
 
 @dc.dataclass(frozen=True)
@@ -44,23 +43,23 @@ class JointLimits:
     acceleration: Sequence[float] = ()
 
     def __post_init__(self) -> None:
-        """Takes accelerations that are not given for infinite."""
+        """Sets accelerations that are not given to infinite."""
         if not len(self.acceleration):
-            endless = [math.inf] * len(self.velocity)
-            object.__setattr__(self, "acceleration", endless)
+            unlimited = [math.inf] * len(self.velocity)
+            object.__setattr__(self, "acceleration", unlimited)
 
 
 def bounded_rates(
-    rates: Sequence[Scalar], q: Any, limits: JointLimits, period: float
+    rates: Vector, q: Vector, limits: JointLimits, period: float
 ) -> tuple[list[Scalar], Scalar]:
     """Returns joint rates within the limits, and the `ArmStatus` flags of what bound.
 
-    All rates are scaled by one factor in [0, 1], so that the hand slows down in its
-    direction instead of turning out of it. The limit on acceleration bounds how a
+    All rates are scaled by one factor in [0, 1], so that the end effector slows down
+    and keeps its direction. The limit on acceleration bounds how a
     joint nears the end of its range, not how its rate changes otherwise.
 
     Args:
-        rates: joint rates asked for (n,) [rad/s].
+        rates: joint rates wanted (n,) [rad/s].
         q: joint angles (n,) [rad].
         limits: of these joints.
         period: for which the rates are held [s].
@@ -78,9 +77,9 @@ def bounded_rates(
 
 
 def filled_rates(
-    rates: Sequence[Scalar],
-    extra: Sequence[Scalar],
-    q: Any,
+    rates: Vector,
+    extra: Vector,
+    q: Vector,
     limits: JointLimits,
     period: float,
 ) -> list[Scalar]:
@@ -128,9 +127,16 @@ def braking_rate(room: Scalar, acceleration: float, period: float) -> Scalar:
 
 
 def end_rates(
-    rates: Sequence[Scalar], q: Any, limits: JointLimits, period: float
+    rates: Vector, q: Vector, limits: JointLimits, period: float
 ) -> list[Scalar]:
-    """Returns how fast each joint may near the end that its rate leads to [rad/s]."""
+    """Returns how fast each joint may near the limit ahead of it (n,) [rad/s].
+
+    Args:
+        rates: joint rates (n,), whose signs tell which limit is ahead [rad/s].
+        q: joint angles (n,) [rad].
+        limits: of these joints.
+        period: for which the rates are held [s].
+    """
     return [
         braking_rate(where(rate > 0, high - angle, angle - low) + _SLACK, most, period)
         for rate, angle, low, high, most in zip(
@@ -139,7 +145,7 @@ def end_rates(
     ]
 
 
-def factor_within(speeds: Sequence[Scalar], bounds: Sequence[Scalar]) -> Scalar:
+def factor_within(speeds: Vector, bounds: Vector) -> Scalar:
     """Returns the largest factor in [0, 1] that brings all within their bounds > 0.
 
     A bound may be infinite.

@@ -1,13 +1,11 @@
-"""The hand's rates as joint rates, the hand oriented in W whatever the base does."""
+"""Joint rates for an end effector that is oriented in W, whatever the base does."""
 
 from typing import Any
 
 from pydrake.autodiffutils import AutoDiffXd
-from pydrake.systems.framework import LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
 
 from drake_mobman import signals
-from drake_mobman.arm.inverse import declare_inverse_ports
+from drake_mobman.arm.inverse import ArmInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import (
     ArmStatus,
@@ -16,54 +14,55 @@ from drake_mobman.arm.limits import (
     filled_rates,
 )
 from drake_mobman.arm.place_first import best_placed, relieved
-from drake_mobman.parameters import ParameterError, checked_period
-from drake_mobman.scalars import Scalar
+from drake_mobman.blocks import scalar_block
+from drake_mobman.parameters import ParameterError
+from drake_mobman.scalars import Scalar, Vector
 
 _IN_W = ("turning", "held")
 
 ORIENTATIONS = ("reach", *_IN_W)
-"""How a level hand may be turned: along its reach, at omega_c in W, or held in W."""
+"""How the level end effector turns: with its reach, at omega_c in W, or held in W."""
 
 _LIMITED = ArmStatus.JOINT_RATE | ArmStatus.JOINT_LIMIT
 
 
 def oriented_rates(
     arm: JacobianArm,
-    q: Any,
-    command: Any,
+    q: Vector,
+    command: Vector,
     yaw_rate: Scalar,
     yaw: Scalar,
     limits: JointLimits,
     period: float,
 ) -> tuple[list[Scalar], Scalar]:
-    """Returns joint rates that move the hand, and turn it, within the limits.
+    """Returns joint rates that move the end effector, and turn it, within limits.
 
-    Its place comes first, where not both can be had: the arm moves the hand without a
-    wrist that is at the end of its range, and then without bringing it back to `yaw`.
-    Room that is left goes to bringing the joints back to the posture.
+    Its position comes first: where not both are possible, the arm moves E without a
+    wrist joint that is at the end of its range, and then without turning it back to
+    `yaw`. Room that is left brings the joints back to the posture.
 
     Args:
         arm: whose joints these are.
         q: joint angles (n,) [rad].
-        command: `arm_command`.
-        yaw_rate: of the hand in B [rad/s].
-        yaw: where the hand is to be turned to, in B [rad].
+        command: `arm_command` (3,).
+        yaw_rate: of E in B [rad/s].
+        yaw: desired yaw of E in B [rad].
         limits: of the joints.
         period: for which the rates are held [s].
 
     Returns:
-        The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps the hand from
-        moving and turning as commanded.
+        The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps E from moving
+        and turning as commanded.
     """
     parts = arm.oriented_parts(q, command, yaw)
     apart = yaw_rate - command[1]
     turn = parts.turns[:, 2].tolist()
-    turned = [a + apart * b for a, b in zip(parts.hand, turn, strict=True)]
+    turned = [a + apart * b for a, b in zip(parts.ee, turn, strict=True)]
     wanted = [a + b for a, b in zip(turned, parts.level, strict=True)]
     rates, bound = bounded_rates(wanted, q, limits, period)
     extra = parts.posture
     if bound > 0:
-        ways = wanted, turned, parts.hand
+        ways = wanted, turned, parts.ee
         placed = best_placed(ways, parts.turns, arm.wrist, q, limits, period)
         if placed.gives_way:
             rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
@@ -72,110 +71,100 @@ def oriented_rates(
     return rates, bound + parts.damped * float(ArmStatus.SINGULAR)
 
 
-@TemplateSystem.define("OrientedInverse_", T_list=[float, AutoDiffXd])
-def OrientedInverse_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`, float or AutoDiffXd."""
+@scalar_block
+class OrientedInverse(ArmInverse):
+    """Turns the rates of `ee_cylindrical` into joint rates, E oriented in W.
 
-    class Impl(LeafSystem_[T]):
-        """Turns rates of the workspace into joint rates, the hand oriented in W.
+    For float and AutoDiffXd. The end effector is level, and its yaw in W turns at
+    omega_c or is held: its yaw rate in B is that less the omega_b sent to the base.
 
-        The hand is level, and its yaw in W turns at omega_c or is held: its yaw rate in
-        B is that less the omega_b that the base is sent.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: OrientedInverse
+        input_ports:
+        - arm_command
+        - arm_position
+        - ee_command
+        - base_command_smoothed
+        - base_pose
+        output_ports:
+        - arm_velocity_command
+        - arm_status
 
-            name: OrientedInverse
-            input_ports:
-            - arm_command
-            - arm_position
-            - ee_command
-            - base_command_smoothed
-            - base_pose
-            output_ports:
-            - arm_velocity_command
-            - arm_status
+    The state is the desired yaw of E in W [rad], which at the start of a simulation is
+    the yaw that it has. So the lag of the servos of base and arm is corrected. An end
+    effector that is held also returns to it, by the shorter way, once no limit is in
+    the way. One that turns goes on from where the limit left it: when the operator
+    lets go of the stick, nothing is left to be turned.
 
-        The state is the yaw in W [rad] that the hand is led to, at the start of a
-        simulation the one that it has: what the servos of base and arm lag behind is
-        taken back. A hand that is held comes back to it, too, by the shorter way, when
-        a limit is no more in its way. A hand that turns goes on from where the limit
-        left it: an operator who has let go of the stick is not owed a turn.
+    The velocity of E in W is what `arm_command` and the base make together, whatever
+    the orientation: with the exact arm compensation, v_c along the reach S->E and
+    l omega_c across it. The base changes E's path only by the direction of the reach,
+    since it moves S.
 
-        E's velocity in W is what `arm_command` and the base make together, whatever the
-        orientation: with the exact rest, v_c along the reach S->E and l omega_c across
-        it. E's path is the base's affair only in so far as the direction of the reach
-        is, by its definition: the base moves S.
+    Args:
+        arm: the arm's kinematics.
+        joint_limits: of its n joints.
+        period: control period [s].
+        orientation: `turning` or `held`.
 
-        Built as `OrientedInverse(arm, limits, period, orientation)`: a `JacobianArm`,
-        its joint limits, the control period [s], and `turning` or `held`. Raises
-        `ParameterError` where one of the last two is not valid.
-        """
+    Raises:
+        ParameterError: where `period` or `orientation` is not valid.
+    """
 
-        def _construct(
-            self,
-            arm: JacobianArm,
-            limits: JointLimits,
-            period: float,
-            orientation: str,
-            converter: Any = None,
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            if orientation not in _IN_W:
-                valid = f"must be one of {', '.join(_IN_W)}"
-                raise ParameterError("orientation", orientation, valid)
-            self.arm, self.limits, self.orientation = arm, limits, orientation
-            self.period = checked_period(period)
-            declare_inverse_ports(self, arm.num_joints, self._invert)
-            self.ee_command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
-            self.base_command_smoothed = self.DeclareVectorInputPort(
-                signals.BASE_COMMAND_SMOOTHED, 2
-            )
-            self.base_pose = self.DeclareVectorInputPort(signals.BASE_POSE, 3)
-            self.DeclareDiscreteState(1)
-            self.DeclareInitializationDiscreteUpdateEvent(self._start)
-            if orientation == "turning":
-                self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._turn)
+    scalars = float, AutoDiffXd
+    arm: JacobianArm
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(
-                self,
-                other.arm,
-                other.limits,
-                other.period,
-                other.orientation,
-                converter=converter,
-            )
+    def __init__(
+        self,
+        arm: JacobianArm,
+        joint_limits: JointLimits,
+        period: float,
+        orientation: str,
+    ) -> None:
+        if orientation not in _IN_W:
+            valid = f"must be one of {', '.join(_IN_W)}"
+            raise ParameterError("orientation", orientation, valid)
+        self.orientation = orientation
+        ArmInverse.__init__(self, arm, joint_limits, period)
+        self.ee_command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
+        self.base_command_smoothed = self.DeclareVectorInputPort(
+            signals.BASE_COMMAND_SMOOTHED, 2
+        )
+        self.base_pose = self.DeclareVectorInputPort(signals.BASE_POSE, 3)
+        self.DeclareDiscreteState(1)
+        self.DeclareInitializationDiscreteUpdateEvent(self._start)
+        if orientation == "turning":
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._turn)
 
-        def _yaw(self, context: Any) -> Scalar:
-            """Returns the hand's yaw in W [rad]."""
-            heading = self.base_pose.Eval(context)[2]
-            return heading + self.arm.yaw(self.position.Eval(context))
+    def _yaw(self, context: Any) -> Scalar:
+        """Returns the yaw of E in W [rad]."""
+        heading = self.base_pose.Eval(context)[2]
+        return heading + self.arm.yaw(self.position.Eval(context))
 
-        def _start(self, context: Any, state: Any) -> None:
-            state.get_mutable_vector().SetAtIndex(0, self._yaw(context))
+    def _start(self, context: Any, state: Any) -> None:
+        state.get_mutable_vector().SetAtIndex(0, self._yaw(context))
 
-        def _turn(self, context: Any, state: Any) -> None:
-            omega_c = self.ee_command.Eval(context)[1]
-            limited = int(self.inverted.Eval(context)[1]) & _LIMITED
-            last = context.get_discrete_state_vector().GetAtIndex(0)
-            yaw = self._yaw(context) if limited else last
-            state.get_mutable_vector().SetAtIndex(0, yaw + self.period * omega_c)
+    def _turn(self, context: Any, state: Any) -> None:
+        omega_c = self.ee_command.Eval(context)[1]
+        limited = int(self.inverted(context)[1]) & _LIMITED
+        last = context.get_discrete_state_vector().GetAtIndex(0)
+        yaw = self._yaw(context) if limited else last
+        state.get_mutable_vector().SetAtIndex(0, yaw + self.period * omega_c)
 
-        def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
-            turning = self.orientation == "turning"
-            omega_W = self.ee_command.Eval(context)[1] if turning else 0.0
-            yaw = context.get_discrete_state_vector().GetAtIndex(0)
-            return oriented_rates(
-                self.arm,
-                self.position.Eval(context),
-                self.command.Eval(context),
-                omega_W - self.base_command_smoothed.Eval(context)[1],
-                yaw - self.base_pose.Eval(context)[2],
-                self.limits,
-                self.period,
-            )
-
-    return Impl
+    def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
+        turning = self.orientation == "turning"
+        omega_W = self.ee_command.Eval(context)[1] if turning else 0.0
+        yaw = context.get_discrete_state_vector().GetAtIndex(0)
+        return oriented_rates(
+            self.arm,
+            self.position.Eval(context),
+            self.command.Eval(context),
+            omega_W - self.base_command_smoothed.Eval(context)[1],
+            yaw - self.base_pose.Eval(context)[2],
+            self.joint_limits,
+            self.period,
+        )
 
 
-OrientedInverse = OrientedInverse_[None]
+OrientedInverse_ = OrientedInverse.template

@@ -1,49 +1,46 @@
-"""Place before orientation: a wrist at its end turns the hand, and the hand goes on.
+"""Position before orientation: a wrist joint at its limit does not stop E.
 
-Ours. The joints that do not move the wrist's centre T are there for the orientation
-alone. Where one of them is in the way, the hand is turned otherwise, about E, so that
-it is not: about the vertical if that does, and else about any axis.
+Ours. The joints that do not move the wrist's centre T serve the orientation only. Where
+the limit of one of them would slow the end effector down, it turns about E instead, so
+that this joint is relieved: about the vertical if that is enough, else about any axis.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import inv
 
 from drake_mobman.arm.limits import JointLimits, end_rates
-from drake_mobman.scalars import Scalar, largest
+from drake_mobman.scalars import Matrix, Scalar, Vector, largest
 
 _MUCH = 0.5
-"""Of the largest rate that turning the hand takes of a joint: a joint with more can be
-relieved by turning the hand otherwise, without making the others much faster."""
+"""Share of the largest joint rate that a rotation of E takes. A joint with more can be
+relieved by such a rotation, without making the others much faster."""
 
 _TINY = 1e-12
-"""Square of a joint's rate by 1 rad/s of the hand that an inverse is given to stay
-finite."""
+"""Square of a joint's rate by 1 rad/s of E, added so that an inverse stays finite."""
 
 _BETTER = 1.0 + 1e-9
-"""How much more of the hand's velocity another way is to make."""
+"""How many times more of E's velocity another solution must make, to be taken."""
 
 
 class Placed(NamedTuple):
-    """Joint rates that move the hand as told, or slower in its direction."""
+    """Joint rates that move E as commanded, or slower in the same direction."""
 
     rates: list[Scalar]  # (n,) [rad/s].
-    share: Scalar  # Of the hand's velocity that they make, in [0, 1].
-    held: tuple[int, ...]  # Joints that had to be relieved.
-    gives_way: bool  # Whether the hand is not turned as it was first wanted.
+    share: Scalar  # Of E's velocity that they make, in [0, 1].
+    held: tuple[int, ...]  # Indices of the joints that were relieved.
+    gives_way: bool  # Whether the orientation is not as first wanted.
 
 
-def relieved(
-    rates: Sequence[Scalar], held: Mapping[int, Scalar], turns: Any
-) -> list[Scalar]:
-    """Returns joint rates that move E as `rates` do, with some joints told theirs.
+def relieved(rates: Vector, held: Mapping[int, Scalar], turns: Matrix) -> list[Scalar]:
+    """Returns joint rates that move E as `rates` do, with given rates of some joints.
 
     Args:
-        rates: of all joints (n,) [rad/s].
-        held: rate by joint [rad/s].
-        turns: by 1 rad/s of the hand about B's axes, E in its place (n, 3).
+        rates: joint rates (n,) [rad/s].
+        held: the given rates, by index of the joint [rad/s].
+        turns: joint rates that turn E in its place by 1 rad/s about B's axes (n, 3).
     """
     if not held:
         return list(rates)
@@ -55,33 +52,34 @@ def relieved(
         rows = turns[joints]
         turn = rows.T @ (inv(rows @ rows.T + _TINY * np.eye(len(rows))) @ missing)
     found = (np.asarray(rates) + turns @ turn).tolist()
-    # Rounding is much to a joint at its end.
+    # To a joint at its limit, rounding matters.
     return [held.get(i, rate) for i, rate in enumerate(found)]
 
 
-def yaws(joint: int, turns: Any) -> bool:
-    """Returns whether turning the hand about the vertical relieves a joint."""
+def yaws(joint: int, turns: Matrix) -> bool:
+    """Returns whether turning E about the vertical relieves a joint."""
     by_yaw = [abs(rate) for rate in turns[:, 2].tolist()]
     return bool(by_yaw[joint] > _MUCH * largest(*by_yaw))
 
 
 def place_first(
-    wanted: Sequence[Scalar],
-    turns: Any,
+    wanted: Vector,
+    turns: Matrix,
     wrist: Sequence[int],
-    q: Any,
+    q: Vector,
     limits: JointLimits,
     period: float,
 ) -> Placed:
-    """Returns joint rates within the limits that make most of the hand's velocity.
+    """Returns joint rates within the limits that make the most of E's velocity.
 
-    They are the wanted ones, scaled by one factor, or with wrist joints slowed down to
-    what they may: one that nears its end, or is too fast, where yaw relieves it.
+    They are the wanted ones, scaled by one factor. Or wrist joints are slowed down to
+    their limits: one that nears the end of its range, or one that is too fast and that
+    yaw relieves.
 
     Args:
         wanted: joint rates (n,) [rad/s].
-        turns: as `relieved` takes it.
-        wrist: joints that only the orientation needs.
+        turns: as for `relieved`.
+        wrist: indices of the joints that serve the orientation only.
         q: joint angles (n,) [rad].
         limits: of the joints.
         period: for which the rates are held [s].
@@ -109,18 +107,30 @@ def place_first(
         rates = relieved(wanted, held, turns)
 
 
-def best_placed(ways: Sequence[Sequence[Scalar]], *rest: Any) -> Placed:
-    """Returns `place_first` of the first of several ways to move the hand that does.
+def best_placed(
+    ways: Sequence[Vector],
+    turns: Matrix,
+    wrist: Sequence[int],
+    q: Vector,
+    limits: JointLimits,
+    period: float,
+) -> Placed:
+    """Returns the best `place_first` of several joint rates that move E alike.
 
     Args:
-        ways: joint rates (n,) [rad/s] that move E alike; the first is the one wanted.
-        rest: as `place_first` takes it.
+        ways: joint rates (n,) [rad/s], by preference; the first are those wanted. Later
+            ones count only while all before fall short of E's velocity.
+        turns: as for `relieved`.
+        wrist: indices of the joints that serve the orientation only.
+        q: joint angles (n,) [rad].
+        limits: of the joints.
+        period: for which the rates are held [s].
     """
-    best = place_first(ways[0], *rest)
+    best = place_first(ways[0], turns, wrist, q, limits, period)
     for other in ways[1:]:
         if not best.share < 1:
             break
-        placed = place_first(other, *rest)
+        placed = place_first(other, turns, wrist, q, limits, period)
         if placed.share > _BETTER * best.share:
             best = placed._replace(gives_way=True)
     return best

@@ -6,7 +6,7 @@ from typing import Any
 from pydrake.math import cos, sin
 
 from drake_mobman.arm import two_link
-from drake_mobman.scalars import Scalar
+from drake_mobman.scalars import Matrix, Scalar, Vector
 
 
 @dc.dataclass(frozen=True)
@@ -14,56 +14,57 @@ class SpatialArm:
     """Waist about z, shoulder and elbow in the vertical plane, wrist keeps E level.
 
     Joints: waist, shoulder, elbow, wrist roll, wrist pitch, wrist yaw. Shoulder, elbow
-    and wrist pitch count upwards. T is the wrist's centre; E lies `hand` ahead of it,
-    level and along the reach.
+    and wrist pitch count upwards. T is the wrist's centre; E is `wrist_to_tool` ahead
+    of it, level and along the reach.
     """
 
     upper: float  # From shoulder to elbow [m].
     lower: float  # From elbow to the wrist's centre [m].
-    hand: float  # From the wrist's centre to the tool [m].
+    wrist_to_tool: float  # From the wrist's centre to the tool [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
     num_joints: int = 6
-    wrist: tuple[int, ...] = ()  # None: the orientation is given by the place.
+    wrist: tuple[int, ...] = ()  # The orientation follows from the position.
 
-    def ee_cylindrical(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns l, psi, z of the level hand."""
+    def ee_cylindrical(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
+        """Returns l, psi, z of the level end effector."""
         l, z = two_link.forward(q[1], q[2], self.upper, self.lower)
-        return l + self.hand, q[0], z
+        return l + self.wrist_to_tool, q[0], z
 
-    def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
+    def p_BT(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the wrist centre's position in B."""
         l, z = two_link.forward(q[1], q[2], self.upper, self.lower)
         d, y, l_0 = self.p_BS
         return d + l * cos(q[0]), y + l * sin(q[0]), l_0 + z
 
-    def inverse(self, workspace: Any) -> list[Scalar]:
+    def inverse(self, ee_cylindrical: Vector) -> list[Scalar]:
         """Returns all joints: the wrist pitches against shoulder and elbow."""
-        l, psi, z = workspace
-        shoulder, elbow = two_link.inverse(l - self.hand, z, self.upper, self.lower)
+        l, psi, z = ee_cylindrical
+        l_T = l - self.wrist_to_tool
+        shoulder, elbow = two_link.inverse(l_T, z, self.upper, self.lower)
         return [psi, shoulder, elbow, 0.0 * psi, -(shoulder + elbow), 0.0 * psi]
 
-    def rates(self, q: Any, workspace_rates: Any) -> list[Scalar]:
+    def rates(self, q: Vector, ee_rates: Vector) -> list[Scalar]:
         """Returns the rates of all joints; the wrist pitches against the arm."""
-        return self._by(two_link.rates, q, workspace_rates)
+        return self._by(two_link.rates, q, ee_rates)
 
-    def undamped_rates(self, q: Any, *workspace_rates: Any) -> list[list[Scalar]]:
-        """Returns the same for each of several, however fast."""
-        return [self._by(two_link.undamped_rates, q, each) for each in workspace_rates]
+    def undamped_rates(self, q: Vector, *ee_rates: Vector) -> list[list[Scalar]]:
+        """Returns the same for each of several, without damping."""
+        return [self._by(two_link.undamped_rates, q, each) for each in ee_rates]
 
-    def _by(self, law: Any, q: Any, workspace_rates: Any) -> list[Scalar]:
-        v_l, v_psi, v_z = workspace_rates
+    def _by(self, law: two_link.RatesLaw, q: Vector, ee_rates: Vector) -> list[Scalar]:
+        v_l, v_psi, v_z = ee_rates
         shoulder, elbow = law(q[1], q[2], v_l, v_z, self.upper, self.lower)
         return [v_psi, shoulder, elbow, 0.0 * v_psi, -(shoulder + elbow), 0.0 * v_psi]
 
-    def turn_rates(self, q: Any) -> Any:
-        """Raises `NotImplementedError`: the hand is not turned by itself."""
+    def turn_rates(self, q: Vector) -> Matrix:
+        """Raises `NotImplementedError`: this arm has no `wrist`."""
         raise NotImplementedError
 
-    def is_near_singular(self, q: Any) -> Scalar:
+    def is_near_singular(self, q: Vector) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""
         return two_link.is_near_singular(q[2])
 
-    def is_in_reach(self, workspace: Any) -> Any:
-        """Returns whether the hand can be at `workspace`."""
-        l, z = workspace[0] - self.hand, workspace[2]
+    def is_in_reach(self, ee_cylindrical: Vector) -> Any:
+        """Returns whether E can be at `ee_cylindrical`."""
+        l, z = ee_cylindrical[0] - self.wrist_to_tool, ee_cylindrical[2]
         return two_link.reach_margin(l, z, self.upper, self.lower) >= 0

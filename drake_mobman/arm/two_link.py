@@ -5,18 +5,23 @@ axis, `theta_2` the second link's angle from the first; the branch with
 `theta_2 <= 0` is taken throughout, which the paper calls elbow-down.
 """
 
+from collections.abc import Callable
+
 from pydrake.math import atan2, cos, sin, sqrt
 
 from drake_mobman.scalars import Scalar, larger, smaller, where
+
+RatesLaw = Callable[..., tuple[Scalar, Scalar]]
+"""`rates` or `undamped_rates`."""
 
 _NEAR_SINGULAR = 0.05
 """|sin theta_2| below which the rates are damped; outside, they are exact."""
 
 _LEAST_SINE = 0.01
-"""Stands for a smaller -sin theta_2 where the rates are not damped."""
+"""Least -sin theta_2 for the rates that are not damped."""
 
 _ROUNDING = 1e-15
-"""Let off at the border of the reach, as a share of the reach squared."""
+"""Tolerance at the border of the reach, as a share of the reach squared."""
 
 
 def direction(theta_2: Scalar, upper: float, lower: float) -> Scalar:
@@ -97,7 +102,7 @@ def undamped_rates(
     upper: float,
     lower: float,
 ) -> tuple[Scalar, Scalar]:
-    """Returns the same without damping: as large as they are, up to a hundredfold."""
+    """Returns the same without damping: 1/sin(theta_2) is up to 100 in magnitude."""
     reciprocal = -1.0 / larger(-sin(theta_2), _LEAST_SINE)
     return _rates(theta_1, theta_2, v_l, v_z, upper, lower, reciprocal)
 
@@ -111,7 +116,7 @@ def _rates(
     lower: float,
     reciprocal: Scalar,
 ) -> tuple[Scalar, Scalar]:
-    """Returns the rates with what stands for 1/sin(theta_2)."""
+    """Returns the rates with `reciprocal` for 1/sin(theta_2)."""
     scale = reciprocal / (upper * lower)
     both = theta_1 + theta_2
     c_b, s_b = lower * cos(both), lower * sin(both)

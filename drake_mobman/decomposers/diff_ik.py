@@ -23,8 +23,9 @@ from pydrake.multibody.inverse_kinematics import (
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import OsqpSolver
 
-from drake_mobman.arm.jacobian_arm import JacobianArm, tilt
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import JointLimits, braking_rate
+from drake_mobman.arm.orientation import orientation_error
 from drake_mobman.decomposers.optimization import BASE_RATES, OptimizationDecomposer
 from drake_mobman.parameters import (
     ACCELERATION,
@@ -260,7 +261,7 @@ class DiffIkDecomposer(OptimizationDecomposer):
         v_c, omega_c, v_z = command
         R_BE, J = self.hand.pose_and_jacobian(q)
         R_reach = _turned(psi)
-        w = self.params.level_gain * tilt(R_BE, R_reach @ self._R_level)
+        w = self.params.level_gain * orientation_error(R_BE, R_reach @ self._R_level)
         w[2] += omega_c
         return np.concatenate([w, R_reach @ (v_c, l * omega_c, v_z)]), J
 

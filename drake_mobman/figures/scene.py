@@ -14,7 +14,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
 from drake_mobman.analysis.motion import ee_motion
-from drake_mobman.meshcat import sealed_meshcat
+from drake_mobman.meshcat import offline_meshcat
 from drake_mobman.robot_model.model import drawn_plant
 from drake_mobman.simulation.run import Run
 
@@ -39,7 +39,7 @@ def scene(run: Run) -> str:
         poses.get_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    meshcat = sealed_meshcat()
+    meshcat = offline_meshcat()
     MeshcatVisualizer.AddToBuilder(
         builder,
         scene_graph,

@@ -1,1 +1,1 @@
-"""The hand that pulls: a person who guides the robot by its tool."""
+"""Guidance by hand: a person moves the robot by pulling at its tool."""

@@ -1,4 +1,4 @@
-"""A force in the world, as a `MultibodyPlant` takes it."""
+"""A force at a point of a body, as a `MultibodyPlant` takes it."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,44 +25,44 @@ _AXES = (
 """Frames whose z axes are W's x, y and z."""
 
 
-def add_push(
+def add_fixed_point_force(
     builder: DiagramBuilder, force: OutputPort, body: Any, p_BE: Sequence[float]
 ) -> OutputPort:
-    """Adds what pushes a body, and returns its `ExternallyAppliedSpatialForce`s.
+    """Adds a force at one point, and returns its `ExternallyAppliedSpatialForce`s.
 
-    Without Python, of Drake's own `Propeller`s, one for each axis of W. Told that the
-    body never turns, they push along W's axes instead of the body's.
+    Without Python: three of Drake's `Propeller`s push along the axes of W. They get an
+    identity pose of the body, so that these are not the axes of the body.
 
     Args:
         builder: to add to.
-        force: puts out the force (3,) in W [N].
-        body: index in the plant of the body B that is pushed.
-        p_BE: where, in B (3,) [m].
+        force: output port with the force (3,) in W [N].
+        body: index in the plant of the body B.
+        p_BE: the point in B (3,) [m].
     """
     mounts = [RigidTransform(RotationMatrix(R), p_BE) for R in _AXES]
-    push = Propeller([PropellerInfo(body, X_BP) for X_BP in mounts])
-    builder.AddNamedSystem("push", push)
-    unturned = ConstantValueSource(
+    propellers = Propeller([PropellerInfo(body, X_BP) for X_BP in mounts])
+    builder.AddNamedSystem("point_force", propellers)
+    identity = ConstantValueSource(
         AbstractValue.Make([RigidTransform()] * (int(body) + 1))
     )
-    builder.AddNamedSystem("unturned", unturned)
-    builder.Connect(unturned.get_output_port(), push.get_body_poses_input_port())
-    builder.Connect(force, push.get_command_input_port())
-    return push.get_spatial_forces_output_port()
+    builder.AddNamedSystem("identity", identity)
+    builder.Connect(identity.get_output_port(), propellers.get_body_poses_input_port())
+    builder.Connect(force, propellers.get_command_input_port())
+    return propellers.get_spatial_forces_output_port()
 
 
-HOLD = "hold"
-"""4: index in the plant of the body B that is held, and p_BQ [m], where."""
+GRASPED_POINT = "grasped_point"
+"""4: index in the plant of the body B that the hand holds, and p_BQ [m], where."""
 
 
-class Push(LeafSystem):
-    """Pushes whatever body is held, where it is held.
+class PointForce(LeafSystem):
+    """Applies a force at a point of a body, where both may change.
 
     .. pydrake_system::
 
-        name: Push
+        name: PointForce
         input_ports:
-        - hold
+        - grasped_point
         - hand_force
         output_ports:
         - spatial_forces
@@ -70,7 +70,7 @@ class Push(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.hold = self.DeclareVectorInputPort(HOLD, 4)
+        self.point = self.DeclareVectorInputPort(GRASPED_POINT, 4)
         self.force = self.DeclareVectorInputPort(signals.HAND_FORCE, 3)
         self.DeclareAbstractOutputPort(
             signals.SPATIAL_FORCES,
@@ -80,9 +80,9 @@ class Push(LeafSystem):
         )
 
     def _calc(self, context: Any, output: Any) -> None:
-        body, *p_BQ = self.hold.Eval(context).tolist()
-        push = ExternallyAppliedSpatialForce()
-        push.body_index = BodyIndex(int(body))
-        push.p_BoBq_B = p_BQ
-        push.F_Bq_W = SpatialForce([0.0, 0.0, 0.0], self.force.Eval(context))
-        output.set_value([push])
+        body, *p_BQ = self.point.Eval(context).tolist()
+        applied = ExternallyAppliedSpatialForce()
+        applied.body_index = BodyIndex(int(body))
+        applied.p_BoBq_B = p_BQ
+        applied.F_Bq_W = SpatialForce([0.0, 0.0, 0.0], self.force.Eval(context))
+        output.set_value([applied])

@@ -1,6 +1,6 @@
-"""A hand holds the tool and leads it along a path (Petric & Zlajpah, fig. 4).
+"""A hand holds the tool and moves it along a path (Petric & Zlajpah, fig. 4).
 
-The paper's operator, as a spring and a damper of bounded force.
+The paper's operator, as a spring and a damper with a bounded force.
 """
 
 import dataclasses as dc
@@ -11,13 +11,13 @@ from typing import Any, Protocol
 
 import numpy as np
 from pydrake.math import sqrt
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem_
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import TrajectorySource
-from pydrake.systems.scalar_conversion import TemplateSystem
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
-from drake_mobman.guidance.applied_force import add_push
+from drake_mobman.blocks import scalar_block
+from drake_mobman.guidance.applied_force import add_fixed_point_force
 from drake_mobman.parameters import (
     DAMPING,
     FORCE,
@@ -29,13 +29,13 @@ from drake_mobman.parameters import (
     checked_period,
     within,
 )
-from drake_mobman.scalars import Scalar, larger, where
+from drake_mobman.scalars import Scalar, Vector, larger, where
 from drake_mobman.ticks import at_tick
 
 
 @dc.dataclass
 class Waypoint:
-    """Where the hand is to be when, in W."""
+    """A point of the hand's path in W, and when the hand is there."""
 
     time: float = 0.0  # [s].
     x: float = 0.58  # [m].
@@ -43,14 +43,14 @@ class Waypoint:
     z: float = 0.52  # Above the floor [m].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless it is in a run and in the world."""
+        """Raises `ParameterError` unless time and place are in range."""
         within(self, TIME, "time")
         within(self, PLACE, "x", "y", "z")
 
 
 @dc.dataclass
 class Release:
-    """The hand lets go, and takes hold again."""
+    """A time in which the hand lets go of the tool."""
 
     start: float = 0.0  # [s].
     end: float = 1.0  # [s].
@@ -65,23 +65,25 @@ class Release:
 
 @dc.dataclass
 class Hand:
-    """How the hand holds the tool, and where it leads it.
+    """How the hand holds the tool, and the path along which it moves.
 
-    Through its waypoints, at rest at the first and the last one and before and after.
-    Each coordinate goes from point to point by a cubic that does not overshoot. Between
-    rest and rest the largest speed is 1.5 times the distance over the time.
+    The path goes through all waypoints. The hand is at rest at the first and the last
+    one, and before and after. Between waypoints, each coordinate is a cubic that does
+    not overshoot. Between two waypoints at rest, the largest speed is 1.5 times the
+    distance over the time.
     """
 
     stiffness: float = 600.0  # Force per distance of the tool from the hand [N/m].
-    # Renewed every 10 ms, it does not shake a tool that weighs 0.24 kg or more; that of
-    # the Franka arm weighs 0.43 kg at least, in any posture and direction.
+    # Renewed every 10 ms, it does not shake a tool of 0.24 kg effective mass or more;
+    # that of the Franka arm is 0.43 kg at least, in any posture and direction.
     damping: float = 80.0  # Force per velocity of the tool from the hand's [Ns/m].
-    max_force: float = 60.0  # Largest, in whichever direction [N].
+    max_force: float = 60.0  # Largest norm of the force [N].
+    # Where it is to be when.
     path: list[Waypoint] = dc.field(default_factory=lambda: [Waypoint()])
-    releases: list[Release] = dc.field(default_factory=list)
+    releases: list[Release] = dc.field(default_factory=list)  # When it lets go.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless it can pull, and times are in order."""
+        """Raises `ParameterError` unless all are in range, and times in order."""
         within(self, STIFFNESS, "stiffness")
         within(self, DAMPING, "damping")
         within(self, FORCE, "max_force")
@@ -98,7 +100,7 @@ class Hand:
 
 
 class Spring(Protocol):
-    """What pulls, as a spring and a damper of bounded force."""
+    """A spring and a damper with a bounded force."""
 
     stiffness: float  # [N/m].
     damping: float  # [N s/m].
@@ -106,12 +108,12 @@ class Spring(Protocol):
 
 
 def hand_force(
-    p_WE: Any, v_WE: Any, p_WH: Any, v_WH: Any, params: Spring
+    p_WE: Vector, v_WE: Vector, p_WH: Vector, v_WH: Vector, params: Spring
 ) -> list[Scalar]:
     """Returns the force (3,) in W [N] on a tool E that a hand H holds.
 
-    f = stiffness (p_WH - p_WE) + damping (v_WH - v_WE); where that is more than
-    `max_force`, its direction stays.
+    f = stiffness (p_WH - p_WE) + damping (v_WH - v_WE), scaled down to `max_force`
+    where its norm is larger.
 
     Args:
         p_WE: position (3,) of the tool [m].
@@ -121,8 +123,8 @@ def hand_force(
         params: of the hand.
 
     Raises:
-        RuntimeError: the force, of floats, is not finite, as any of these is not or is
-            absurd.
+        RuntimeError: where the force, of floats, is not finite, because an argument is
+            not finite or far too large.
     """
     force = [
         params.stiffness * (H - E) + params.damping * (H_dot - E_dot)
@@ -138,7 +140,7 @@ def hand_force(
 
 
 def path_trajectory(params: Hand) -> PiecewisePolynomial:
-    """Returns p_WH (3,) [m] over time [s]; before and after its points it rests."""
+    """Returns p_WH (3,) [m] over time [s]; it is constant before and after the path."""
     times = [point.time for point in params.path]
     points = np.array([(point.x, point.y, point.z) for point in params.path]).T
     if len(times) == 1:
@@ -149,7 +151,7 @@ def path_trajectory(params: Hand) -> PiecewisePolynomial:
 
 
 def peak_speed(params: Hand) -> float:
-    """Returns the hand's largest speed on its path [m/s], a millionth too small."""
+    """Returns the hand's largest speed on its path [m/s], to one part in a million."""
     times = [point.time for point in params.path]
     pieces = [np.linspace(a, b, 1001) for a, b in itertools.pairwise(times)]
     velocity = path_trajectory(params).MakeDerivative()
@@ -172,78 +174,73 @@ def holds(time: float, releases: Sequence[Release]) -> bool:
 
 
 _HAND_VELOCITY = "hand_velocity"
-"""3: v_WH [m/s] in W; a signal of the hand's own."""
+"""3: v_WH [m/s] in W, a signal inside `GuidingHand`."""
 
 
-@TemplateSystem.define("Pull_")
-def Pull_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class GraspForce(LeafSystem):
+    """Computes the force of a hand on the tool, and holds it between ticks.
 
-    class Impl(LeafSystem_[T]):
-        """Works out the force of a hand on the tool, and holds it between ticks.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: GraspForce
+        input_ports:
+        - tool_position
+        - tool_velocity
+        - hand_position
+        - hand_velocity
+        output_ports:
+        - hand_force
 
-            name: Pull
-            input_ports:
-            - tool_position
-            - tool_velocity
-            - hand_position
-            - hand_velocity
-            output_ports:
-            - hand_force
+    The state is the force, renewed at each tick.
 
-        Built as `Pull(params, period)`: a `Hand`, and the time between two renewals of
-        the force [s], which is the state. Raises `ParameterError` where a parameter is
-        not valid and, in a run, `RuntimeError` where the tool's state is not finite.
-        """
+    Args:
+        params: of the hand.
+        period: between two ticks [s].
 
-        def _construct(
-            self, params: Hand, period: float, converter: Any = None
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            self.params = checked(params)
-            self.period = checked_period(period)
-            # It is asked at the ticks alone.
-            self._releases = [
-                Release(at_tick(release.start, period), at_tick(release.end, period))
-                for release in params.releases
-            ]
-            self.told = [
-                self.DeclareVectorInputPort(name, 3)
-                for name in (
-                    signals.TOOL_POSITION,
-                    signals.TOOL_VELOCITY,
-                    signals.HAND_POSITION,
-                    _HAND_VELOCITY,
-                )
-            ]
-            force = self.DeclareDiscreteState(3)
-            self.DeclareStateOutputPort(signals.HAND_FORCE, force)
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._pull)
+    Raises:
+        ParameterError: where a parameter is not valid.
+        RuntimeError: in a run, where the tool's state is not finite.
+    """
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.params, other.period, converter=converter)
-
-        def _pull(self, context: Any, state: Any) -> None:
-            p_WE, v_WE, p_WH, v_WH = (
-                # Python's own floats, which take half the time of numpy's.
-                port.Eval(context).tolist()
-                for port in self.told
+    def __init__(self, params: Hand, period: float) -> None:
+        self.params = checked(params)
+        self.period = checked_period(period)
+        # The force is renewed at the ticks only.
+        self._releases = [
+            Release(at_tick(release.start, period), at_tick(release.end, period))
+            for release in params.releases
+        ]
+        self.motion = [
+            self.DeclareVectorInputPort(name, 3)
+            for name in (
+                signals.TOOL_POSITION,
+                signals.TOOL_VELOCITY,
+                signals.HAND_POSITION,
+                _HAND_VELOCITY,
             )
-            force = hand_force(p_WE, v_WE, p_WH, v_WH, self.params)
-            held = grip(context.get_time(), self._releases)
-            force = [held * f for f in force]
-            state.get_mutable_vector().SetFromVector(np.array(force))
+        ]
+        force = self.DeclareDiscreteState(3)
+        self.DeclareStateOutputPort(signals.HAND_FORCE, force)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._renew)
 
-    return Impl
+    def _renew(self, context: Any, state: Any) -> None:
+        p_WE, v_WE, p_WH, v_WH = (
+            # Python's own floats, which take half the time of numpy's.
+            port.Eval(context).tolist()
+            for port in self.motion
+        )
+        force = hand_force(p_WE, v_WE, p_WH, v_WH, self.params)
+        held = grip(context.get_time(), self._releases)
+        force = [held * f for f in force]
+        state.get_mutable_vector().SetFromVector(np.array(force))
 
 
-Pull = Pull_[None]
+GraspForce_ = GraspForce.template
 
 
 class GuidingHand(Diagram):
-    """Pulls the tool along a path, by a force that is held between control ticks.
+    """Pulls the tool along a path, by a force that is constant between control ticks.
 
     .. pydrake_system::
 
@@ -256,16 +253,15 @@ class GuidingHand(Diagram):
         - hand_position
         - spatial_forces
 
-    A plant of a step shorter than the period gets the force from the cache. While it
-    has let go, the hand still goes along its path: led to where the tool was left, it
-    takes hold without a jerk.
+    While it has let go, the hand still moves along its path: if the path ends where
+    the tool was left, the hand takes hold again without a jerk.
 
     Args:
         params: of the hand and its path.
-        period: between two renewals of the force [s].
-        body: index in the plant of the body B that has the tool.
+        period: control period [s].
+        body: index in the plant of the tool's body B.
         p_BE: the tool's position (3,) in B [m].
-        maybe_compiled: makes of a block what goes into the diagram, as `compiled` does.
+        maybe_compiled: returns a block, or the same compiled.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -283,19 +279,20 @@ class GuidingHand(Diagram):
     ) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        pull = builder.AddNamedSystem("pull", maybe_compiled(Pull(params, period)))
+        grasp = maybe_compiled(GraspForce(params, period))
+        builder.AddNamedSystem("grasp", grasp)
         path = path_trajectory(params)
         position = builder.AddNamedSystem("path", TrajectorySource(path))
         velocity = builder.AddSystem(TrajectorySource(path.MakeDerivative()))
-        ways = {signals.HAND_POSITION: position, _HAND_VELOCITY: velocity}
-        for name, way in ways.items():
-            builder.Connect(way.get_output_port(), pull.GetInputPort(name))
-        force = pull.GetOutputPort(signals.HAND_FORCE)
+        sources = {signals.HAND_POSITION: position, _HAND_VELOCITY: velocity}
+        for name, source in sources.items():
+            builder.Connect(source.get_output_port(), grasp.GetInputPort(name))
+        force = grasp.GetOutputPort(signals.HAND_FORCE)
         for name in (signals.TOOL_POSITION, signals.TOOL_VELOCITY):
-            builder.ExportInput(pull.GetInputPort(name), name)
+            builder.ExportInput(grasp.GetInputPort(name), name)
         builder.ExportOutput(force, signals.HAND_FORCE)
         builder.ExportOutput(position.get_output_port(), signals.HAND_POSITION)
-        forces = add_push(builder, force, body, p_BE)
+        forces = add_fixed_point_force(builder, force, body, p_BE)
         builder.ExportOutput(forces, signals.SPATIAL_FORCES)
         builder.BuildInto(self)
         self.tool_position = self.GetInputPort(signals.TOOL_POSITION)

@@ -1,4 +1,4 @@
-"""Where the tool is in the world: what the hand that holds it feels."""
+"""Where the tool is in the world, and how fast it moves."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from drake_mobman.robot_model import RobotModel
 
 
 class ToolSensor(Diagram):
-    """Tells the tool's position and velocity from the state of base and arm.
+    """Measures the tool's position and velocity, from the state of base and arm.
 
     .. pydrake_system::
 
@@ -29,17 +29,17 @@ class ToolSensor(Diagram):
     def __init__(self, model: RobotModel) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        look = builder.AddSystem(_Look(model))
+        motion = builder.AddSystem(_ToolMotion(model))
         split = builder.AddSystem(Demultiplexer([3, 3]))
-        builder.Connect(look.get_output_port(), split.get_input_port())
-        builder.ExportInput(look.get_input_port(), signals.ROBOT_STATE)
+        builder.Connect(motion.get_output_port(), split.get_input_port())
+        builder.ExportInput(motion.get_input_port(), signals.ROBOT_STATE)
         builder.ExportOutput(split.get_output_port(0), signals.TOOL_POSITION)
         builder.ExportOutput(split.get_output_port(1), signals.TOOL_VELOCITY)
         builder.BuildInto(self)
 
 
-class _Look(LeafSystem):
-    """Both at once: asking the model twice would cost twice."""
+class _ToolMotion(LeafSystem):
+    """Position and velocity in one output: the model computes both at once."""
 
     def __init__(self, model: RobotModel) -> None:
         super().__init__()

@@ -95,7 +95,8 @@ class FrankaTiago:
 
     def arm_inverse(self, setup: RobotSetup) -> Any:
         """Returns the arm's inverse, by its Jacobian."""
-        arm, limits, period = setup.arm, setup.joint_limits, setup.period
+        arm: Any = setup.arm
+        limits, period = setup.joint_limits, setup.period
         if self.orientation == "reach":
             return DampedInverse(arm, limits, period)
         return OrientedInverse(arm, limits, period, self.orientation)

@@ -4,14 +4,15 @@ import dataclasses as dc
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.unicycle import unicycle_rates
+from drake_mobman.blocks import scalar_block, tickets
 from drake_mobman.parameters import checked_period
 from drake_mobman.robot_model import BASE_JOINTS, RobotDescription, RobotSetup
+from drake_mobman.scalars import Matrix, Vector
 
 
 @dc.dataclass
@@ -33,101 +34,89 @@ class Kinematic:
         return period, self
 
 
-@TemplateSystem.define("KinematicRobot_")
-def KinematicRobot_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class KinematicRobot(LeafSystem):
+    """A unicycle with an arm on it, integrated by explicit Euler.
 
-    class Impl(LeafSystem_[T]):
-        """A unicycle with an arm on it, integrated by explicit Euler.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: KinematicRobot
+        input_ports:
+        - base_command_smoothed
+        - arm_velocity_command
+        output_ports:
+        - base_pose
+        - base_velocity
+        - arm_position
+        - arm_velocity
 
-            name: KinematicRobot
-            input_ports:
-            - base_command_smoothed
-            - arm_velocity_command
-            output_ports:
-            - base_pose
-            - base_velocity
-            - arm_position
-            - arm_velocity
+    Args:
+        start: positions at the start (3 + n,): x, y [m] and theta [rad] of the base,
+            and the joint angles of the arm [rad].
+        period: of a step [s].
 
-        Built as `KinematicRobot(start, period)`: positions at the start (3 + n,), the
-        base's x, y [m], theta [rad] and the arm's joint angles [rad]; and the step
-        [s]. A command that is not finite never gets into the state: it raises
-        `RuntimeError`.
-        """
+    Raises:
+        ParameterError: where `period` is not valid.
+        RuntimeError: in a run, where a command is not finite; the state stays finite.
+    """
 
-        def _construct(self, start: Any, period: float, converter: Any = None) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            self.start = np.array(start, dtype=float)
-            self.period = checked_period(period)
-            n = len(self.start) - BASE_JOINTS
-            self.sent = self.DeclareVectorInputPort(signals.BASE_COMMAND_SMOOTHED, 2)
-            self.rates = self.DeclareVectorInputPort(signals.ARM_VELOCITY_COMMAND, n)
-            self.DeclareDiscreteState(np.array([T(x) for x in self.start]))
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
-            state = {self.all_state_ticket()}
-            for name, size, calc, needs in (
-                (signals.BASE_POSE, 3, self._calc_base_pose, state),
-                (
-                    signals.BASE_VELOCITY,
-                    3,
-                    self._calc_base_velocity,
-                    state | {self.input_port_ticket(self.sent.get_index())},
-                ),
-                (signals.ARM_POSITION, n, self._calc_arm_position, state),
-                (
-                    signals.ARM_VELOCITY,
-                    n,
-                    self._calc_arm_velocity,
-                    {self.input_port_ticket(self.rates.get_index())},
-                ),
-            ):
-                self.DeclareVectorOutputPort(
-                    name, size, calc, prerequisites_of_calc=needs
-                )
+    def __init__(self, start: Vector, period: float) -> None:
+        start = np.array(start, dtype=float)
+        self.period = checked_period(period)
+        n = len(start) - BASE_JOINTS
+        self.base_command = self.DeclareVectorInputPort(
+            signals.BASE_COMMAND_SMOOTHED, 2
+        )
+        self.rates = self.DeclareVectorInputPort(signals.ARM_VELOCITY_COMMAND, n)
+        self.DeclareDiscreteState(np.array([self.scalar(x) for x in start]))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
+        state = {self.all_state_ticket()}
+        base, rates = tickets(self, self.base_command), tickets(self, self.rates)
+        for name, size, calc, needs in (
+            (signals.BASE_POSE, 3, self._calc_base_pose, state),
+            (signals.BASE_VELOCITY, 3, self._calc_base_velocity, state | base),
+            (signals.ARM_POSITION, n, self._calc_arm_position, state),
+            (signals.ARM_VELOCITY, n, self._calc_arm_velocity, rates),
+        ):
+            self.DeclareVectorOutputPort(name, size, calc, prerequisites_of_calc=needs)
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.start, other.period, converter=converter)
+    def _q(self, context: Any) -> Matrix:
+        """Returns the positions (3 + n,)."""
+        return context.get_discrete_state_vector().CopyToVector()
 
-        def _q(self, context: Any) -> Any:
-            return context.get_discrete_state_vector().CopyToVector()
+    def _q_and_base_rates(self, context: Any) -> tuple[Matrix, Matrix]:
+        """Returns the positions (3 + n,), and the rates of the base's (3,) in W."""
+        q = self._q(context)
+        v_b, omega_b = self.base_command.Eval(context)
+        return q, np.array(unicycle_rates(q[2], v_b, omega_b))
 
-        def _velocity(self, context: Any) -> tuple[Any, Any]:
-            q = self._q(context)
-            v_b, omega_b = self.sent.Eval(context)
-            return q, np.array(unicycle_rates(q[2], v_b, omega_b))
+    def _step(self, context: Any, state: Any) -> None:
+        q, base_rates = self._q_and_base_rates(context)
+        v = np.concatenate([base_rates, self.rates.Eval(context)])
+        if self.scalar is float and not np.isfinite(v).all():
+            raise RuntimeError(
+                f"the robot is commanded velocities that are not finite: {v.tolist()}"
+            )
+        state.get_mutable_vector().SetFromVector(q + self.period * v)
 
-        def _step(self, context: Any, state: Any) -> None:
-            q, base_rates = self._velocity(context)
-            v = np.concatenate([base_rates, self.rates.Eval(context)])
-            if T is float and not np.isfinite(v).all():
-                raise RuntimeError(
-                    f"the robot is told velocities that are not finite: {v.tolist()}"
-                )
-            state.get_mutable_vector().SetFromVector(q + self.period * v)
+    def _calc_base_pose(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self._q(context)[:BASE_JOINTS])
 
-        def _calc_base_pose(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._q(context)[:BASE_JOINTS])
+    def _calc_base_velocity(self, context: Any, output: Any) -> None:
+        q, (x, y, theta) = self._q_and_base_rates(context)
+        ahead_x, ahead_y, _ = unicycle_rates(q[2], 1.0, 0.0)
+        forward = ahead_x * x + ahead_y * y
+        sideways = ahead_x * y - ahead_y * x
+        output.SetFromVector(np.array([forward, sideways, theta]))
 
-        def _calc_base_velocity(self, context: Any, output: Any) -> None:
-            q, (x, y, theta) = self._velocity(context)
-            ahead_x, ahead_y, _ = unicycle_rates(q[2], 1.0, 0.0)
-            forward = ahead_x * x + ahead_y * y
-            sideways = ahead_x * y - ahead_y * x
-            output.SetFromVector(np.array([forward, sideways, theta]))
+    def _calc_arm_position(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self._q(context)[BASE_JOINTS:])
 
-        def _calc_arm_position(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._q(context)[BASE_JOINTS:])
-
-        def _calc_arm_velocity(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self.rates.Eval(context))
-
-    return Impl
+    def _calc_arm_velocity(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self.rates.Eval(context))
 
 
-KinematicRobot = KinematicRobot_[None]
+KinematicRobot_ = KinematicRobot.template
 
 
 def make_kinematic_robot(setup: RobotSetup, start: list[float]) -> Diagram:

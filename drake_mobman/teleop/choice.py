@@ -1,4 +1,4 @@
-"""A choice between controllers that stand side by side, changed without a jump."""
+"""A choice between controllers that run side by side, changed without a jump."""
 
 import dataclasses as dc
 from typing import Any, NamedTuple
@@ -14,11 +14,11 @@ from drake_mobman.teleop.live import SIZE, OperatorSample
 
 
 class Handover(NamedTuple):
-    """The signal `handover`: who drove, who is to, and how far that has come."""
+    """The signal `handover`, component by component."""
 
-    before: int = 0
-    now: int = 0
-    weight: float = 1.0  # Of who is to drive; 0 at the change, 1 when it is done.
+    before: int = 0  # Index of the controller that drove.
+    now: int = 0  # Index of the controller that takes over.
+    weight: float = 1.0  # Of the latter: 0 at the start of the transition, 1 after it.
 
 
 @dc.dataclass
@@ -28,20 +28,20 @@ class Transition:
     duration: float = 0.5  # [s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the duration is one."""
+        """Raises `ParameterError` unless the duration is in range."""
         within(self, Range(1e-6, 60.0, "s"), "duration")
 
 
 def next_handover(last: Handover, choice: float, count: int, step: float) -> Handover:
     """Returns the handover one period on.
 
-    A change waits until the one before it is done; a choice of nobody who is there, or
-    that is no number, changes nothing.
+    A choice waits until the transition before it is done. One that is not the index of
+    a controller changes nothing.
 
     Args:
         last: the handover now.
-        choice: index of who is to drive.
-        count: how many there are to choose from.
+        choice: index of the controller that the operator chooses.
+        count: number of controllers.
         step: by which the weight grows in a period.
     """
     if last.weight < 1:
@@ -52,17 +52,17 @@ def next_handover(last: Handover, choice: float, count: int, step: float) -> Han
 
 
 def faded(before: Scalar, now: Scalar, weight: float) -> Scalar:
-    """Returns what is between two values: the first at 0, and smoothly the second at 1.
+    """Returns a value between two: the first at weight 0, smoothly the second at 1.
 
-    Never outside of the two: where both are at rest, so is what is between. And what
-    two splits of a command sum up to, this one does.
+    It is never outside of the two: where both are 0, so is it. And if the parts for
+    base and arm add up to the command before and now, their cross-fades do too.
     """
     s = smoothstep(weight, 0.0, 1.0)
     return before + s * (now - before)
 
 
 class ControllerSelector(LeafSystem):
-    """Turns the operator's choice into selectors of two `PortSwitch`es and a weight.
+    """Turns the operator's choice into two port selectors and a weight.
 
     .. pydrake_system::
 
@@ -74,23 +74,23 @@ class ControllerSelector(LeafSystem):
         - before
         - now
 
-    `before` and `now` are `InputPortIndex`es of the controller that drove and of the
-    one that is to drive, port 1 for the first of them, as a `PortSwitch` takes them.
+    `before` and `now` are `InputPortIndex`es for a `PortSwitch`, of the controller that
+    drove and of the one that takes over. The first controller has port 1.
 
     Args:
-        count: how many there are to choose from.
-        change: how one takes over from another.
+        count: number of controllers.
+        transition: how one takes over from another.
         period: control period [s].
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
 
-    def __init__(self, count: int, change: Transition, period: float) -> None:
+    def __init__(self, count: int, transition: Transition, period: float) -> None:
         super().__init__()
         self.count = count
-        self.step = checked_period(period) / checked(change).duration
-        self.said = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
+        self.step = checked_period(period) / checked(transition).duration
+        self.input = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
         state = self.DeclareDiscreteState(np.array(Handover(), dtype=float))
         self.DeclareStateOutputPort(signals.HANDOVER, state)
         for i, name in enumerate(("before", "now")):
@@ -100,7 +100,7 @@ class ControllerSelector(LeafSystem):
                 self._calc_selector(i),
                 prerequisites_of_calc={self.xd_ticket()},
             )
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._advance)
 
     @staticmethod
     def _calc_selector(i: int) -> Any:
@@ -110,16 +110,16 @@ class ControllerSelector(LeafSystem):
 
         return calc
 
-    def _go_on(self, context: Any, state: Any) -> None:
+    def _advance(self, context: Any, state: Any) -> None:
         before, now, weight = context.get_discrete_state_vector().value()
         last = Handover(int(before), int(now), float(weight))
-        choice = OperatorSample(*self.said.Eval(context)).choice
+        choice = OperatorSample(*self.input.Eval(context)).choice
         after = next_handover(last, choice, self.count, self.step)
         state.get_mutable_vector().SetFromVector(np.array(after, dtype=float))
 
 
 class CrossFade(LeafSystem):
-    """Puts out what is between two signals, by the handover's weight.
+    """Fades from one signal to another, by the weight of the handover.
 
     .. pydrake_system::
 
@@ -131,7 +131,7 @@ class CrossFade(LeafSystem):
         output_ports:
         - value
 
-    Done, it asks for `now` alone, and puts it out bit for bit.
+    After the transition, it evaluates `now` only, and passes it bit for bit.
 
     Args:
         size: of the signal.

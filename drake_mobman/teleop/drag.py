@@ -1,4 +1,4 @@
-"""A point of the arm that an operator drags to where he wants it."""
+"""A point of the arm that an operator drags to a target."""
 
 import dataclasses as dc
 import math
@@ -17,28 +17,28 @@ from drake_mobman.teleop.guard import GuardStatus
 
 
 class Dragged(NamedTuple):
-    """The signal `drag`, component by component: a point Q of a body B, and whereto.
+    """The signal `drag`, component by component: a point Q of a body B, and its target.
 
-    Whereto is told from the base's centre on the floor, in W's axes: an operator who
-    looks at a robot that stays in the middle of his picture moves along with it.
+    The target is relative to the base's centre on the floor, in W's axes: on the
+    operator's screen, the robot stays in the middle, and the target moves with it.
     """
 
-    body: float = 0.0  # Index of B in the plant; 0, the world, for nothing dragged.
+    body: float = 0.0  # Index of B in the plant; 0 while nothing is dragged.
     q_x: float = 0.0  # p_BQ [m].
     q_y: float = 0.0
     q_z: float = 0.0
-    to_x: float = 0.0  # Where Q is to be [m].
+    to_x: float = 0.0  # Target of Q [m].
     to_y: float = 0.0
     to_z: float = 0.0
 
     @property
     def p_BQ(self) -> tuple[float, float, float]:
-        """Returns where the point is in its body [m]."""
+        """Returns the position of the point in its body [m]."""
         return self.q_x, self.q_y, self.q_z
 
     @property
     def to(self) -> tuple[float, float, float]:
-        """Returns where the point is to be, from the base's centre [m]."""
+        """Returns the target of the point, from the base's centre [m]."""
         return self.to_x, self.to_y, self.to_z
 
 
@@ -48,16 +48,16 @@ NOTHING = Dragged()
 
 @dc.dataclass
 class Drag:
-    """How a point of the arm is dragged, and what of a drag is believed."""
+    """How a point of the arm is dragged, and which drags are valid."""
 
-    # Softer than a hand at the tool: held by the edge of its hand, the Franka arm
-    # gives way to a turn of that as 0.16 kg would.
-    stiffness: float = 300.0  # Force per distance from where the point is led [N/m].
-    damping: float = 25.0  # Force per velocity from that of the lead [N s/m].
-    max_force: float = 60.0  # Largest, in whichever direction [N].
-    max_speed: float = 0.4  # Fastest that a point is led to where it is dragged [m/s].
-    max_distance: float = 10.0  # Farthest from the base that it may be dragged [m].
-    max_offset: float = 1.0  # Farthest that a point may be from its body's origin [m].
+    # Softer than a hand at the tool: at the edge of its gripper, the effective mass of
+    # the Franka arm is as low as 0.16 kg.
+    stiffness: float = 300.0  # Force per distance of the point from the hand [N/m].
+    damping: float = 25.0  # Force per velocity of the point from the hand's [N s/m].
+    max_force: float = 60.0  # Largest norm of the force [N].
+    max_speed: float = 0.4  # Of the hand on its way to the target [m/s].
+    max_distance: float = 10.0  # Of a target from the base [m].
+    max_offset: float = 1.0  # Of a point from its body's origin [m].
 
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range."""
@@ -71,7 +71,7 @@ class Drag:
 
 @dc.dataclass(frozen=True)
 class Draggable:
-    """What may be dragged: nothing, unless bodies are named."""
+    """Which bodies may be dragged, none by default, and how."""
 
     bodies: frozenset[int] = frozenset()  # Indices in the plant.
     params: Drag = dc.field(default_factory=Drag)

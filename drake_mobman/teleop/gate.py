@@ -1,7 +1,7 @@
-"""The command gate: nothing moves unless a present operator wants it to.
+"""The command gate: nothing moves unless an operator is there and wants it to.
 
-A live command comes over a link that may freeze, break or lie. The gate is the last
-block before the controllers, and knows of the link only what `operator_input` tells.
+A live command comes over a link that may freeze, break or send wrong data. The gate is
+the last block before the controllers, and all that it knows comes by `operator_input`.
 """
 
 import dataclasses as dc
@@ -13,6 +13,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.blocks import tickets
 from drake_mobman.parameters import (
     ParameterError,
     Range,
@@ -25,14 +26,14 @@ from drake_mobman.teleop.guard import (
     Guard,
     GuardStatus,
     braked,
+    clamped,
     command_status,
-    cut_off,
 )
 from drake_mobman.teleop.live import SIZE, OperatorSample
 
 
 class GateStatus(enum.IntEnum):
-    """Why the robot is held still; goes on from `GuardStatus`."""
+    """Why the robot is held still; the first values are those of `GuardStatus`."""
 
     OK = 0
     NOT_FINITE = 1
@@ -44,93 +45,104 @@ class GateStatus(enum.IntEnum):
     RELEASED = 4
     """The dead-man was let go."""
     STALE = 5
-    """The operator was not heard in time."""
+    """The last input of the operator is too old."""
     STOPPED = 6
     """Someone asked for a stop."""
     GONE = 7
-    """There is no operator any more: he handed over, left, or was cut off."""
+    """There is no operator any more: handed over, left, or disconnected."""
 
 
 class Arming(enum.IntEnum):
     """How far the operator has come in arming."""
 
     LATCHED = 0
-    """A neutral stick is wanted, with the dead-man let go."""
+    """Waits for a neutral stick, with the dead-man let go."""
     READY = 1
-    """That was seen a period ago: a press of the dead-man arms."""
+    """Both were so a period ago: a press of the dead-man arms."""
     ARMED = 2
     """Commands pass."""
 
 
 @dc.dataclass
 class Gate:
-    """What makes a command one of an operator who is there."""
+    """What shows that an operator is there."""
 
-    fresh: float = 0.25  # Oldest that a command may be [s].
-    neutral: float = 0.05  # What counts as no command, as a share of the largest.
+    fresh: float = 0.25  # Largest age of a command [s].
+    neutral: float = 0.05  # Largest neutral command, as a share of the largest.
 
     def check(self) -> None:
-        """Raises `ParameterError` unless times and shares are such."""
+        """Raises `ParameterError` unless both are in range."""
         within(self, Range(1e-3, 60.0, "s"), "fresh")
         if not 0 <= self.neutral < 1:
             raise ParameterError("neutral", self.neutral, "must be within [0, 1)")
 
 
 class GateState(NamedTuple):
-    """Where the gate stands."""
+    """Whether commands pass, and why not."""
 
     arming: Arming = Arming.LATCHED
     status: GateStatus = GateStatus.NOT_ARMED
 
 
 def input_status(
-    said: OperatorSample, gate: Gate, guard: Guard, draggable: Draggable = NO_BODY
+    sample: OperatorSample, gate: Gate, guard: Guard, draggable: Draggable = NO_BODY
 ) -> GateStatus:
-    """Returns why what is said may not pass, the gravest reason, or OK."""
-    # Comparisons are such that a NaN never counts as held, fresh, or no stop.
-    if said.stop != 0:
+    """Returns why the operator's input may not pass, the gravest reason, or OK."""
+    # In these comparisons, a NaN never counts as held, as fresh, or as no stop.
+    if sample.stop != 0:
         return GateStatus.STOPPED
-    if said.age == math.inf:
+    if sample.age == math.inf:
         return GateStatus.GONE
-    if not 0 <= said.age <= gate.fresh:
+    if not 0 <= sample.age <= gate.fresh:
         return GateStatus.STALE
-    whys = command_status(said.command, guard), drag_status(said.dragged, draggable)
+    reasons = (
+        command_status(sample.command, guard),
+        drag_status(sample.dragged, draggable),
+    )
     for grave in (GuardStatus.NOT_FINITE, GuardStatus.OVER_RANGE):
-        if grave in whys:
+        if grave in reasons:
             return GateStatus(int(grave))
-    return GateStatus.OK if said.dead_man > 0.5 else GateStatus.RELEASED
+    return GateStatus.OK if sample.dead_man > 0.5 else GateStatus.RELEASED
 
 
-def is_at_rest(said: OperatorSample, gate: Gate, guard: Guard) -> bool:
+def is_at_rest(sample: OperatorSample, gate: Gate, guard: Guard) -> bool:
     """Returns whether an operator is there, and neither presses nor commands."""
-    # No body may be dragged here: to drag is to command.
-    let_go = input_status(said, gate, guard) == GateStatus.RELEASED
-    return let_go and all(
+    # Without a draggable body: to drag is to command.
+    released = input_status(sample, gate, guard) == GateStatus.RELEASED
+    return released and all(
         abs(c) <= gate.neutral * most
-        for c, most in zip(said.command, guard.largest, strict=True)
+        for c, most in zip(sample.command, guard.largest, strict=True)
     )
 
 
 def next_state(
     last: GateState,
-    said: OperatorSample,
+    sample: OperatorSample,
     gate: Gate,
     guard: Guard,
     draggable: Draggable = NO_BODY,
 ) -> GateState:
-    """Returns where the gate stands a period on, given what is said now.
+    """Returns the gate's state one period on.
 
-    The reason of a stop stays until the gate is armed again; but for a stop that anyone
-    asks for, which is told in any case, and a press that does not arm.
+    The reason of a stop stays until the gate is armed again. Only two others replace
+    it: a stop that anyone asks for, and a press of the dead-man that does not arm.
+
+    Args:
+        last: the state before.
+        sample: the operator's input.
+        gate: what shows that an operator is there.
+        guard: what a command may be.
+        draggable: which bodies may be dragged.
     """
-    why = input_status(said, gate, guard, draggable)
-    if why == GateStatus.OK and last.arming != Arming.LATCHED:
+    status = input_status(sample, gate, guard, draggable)
+    if status == GateStatus.OK and last.arming != Arming.LATCHED:
         return GateState(Arming.ARMED, GateStatus.OK)
-    if is_at_rest(said, gate, guard) and last.arming != Arming.ARMED:
+    if is_at_rest(sample, gate, guard) and last.arming != Arming.ARMED:
         return GateState(Arming.READY, last.status)
-    pressed = last.arming == Arming.READY and said.dead_man > 0.5
-    told = last.arming == Arming.ARMED or pressed or why == GateStatus.STOPPED
-    return GateState(Arming.LATCHED, why if told else last.status)
+    pressed = last.arming == Arming.READY and sample.dead_man > 0.5
+    stopped = status == GateStatus.STOPPED
+    is_new = last.arming == Arming.ARMED or pressed or stopped
+    return GateState(Arming.LATCHED, status if is_new else last.status)
 
 
 class CommandGate(LeafSystem):
@@ -149,20 +161,20 @@ class CommandGate(LeafSystem):
         - drag (where anything may be dragged)
 
     A command passes, bit for bit, if the operator has armed the gate and the command is
-    fresh, finite and in range. The first that is not ends as a stop from the command
-    last passed, within the guard's `stop_time`, and latches the reason; to arm again,
-    the operator lets dead-man and stick go, and then presses the dead-man afresh.
-    `guard_status` tells of the command as it comes, as the guard does. A drag passes
-    as a command does; with the first that may not, the point is let go.
+    fresh, finite and in range. The first that is not becomes a stop from the command
+    last passed, within the guard's `stop_time`, and latches the reason. To arm again,
+    the operator lets go of dead-man and stick, and then presses the dead-man anew.
+    `guard_status` is that of the input, as a `CommandGuard` has it. A drag passes as a
+    command does; with the first that may not pass, the point is let go.
 
-    The state is the command last passed, `Arming` and `GateStatus`. There is no clock
-    in it: the age of a command is measured where it comes in, and is data here.
+    The state is the command last passed, `Arming` and `GateStatus`. The gate has no
+    clock: whoever receives a command measures its age, which is data here.
 
     Args:
-        params: what arms.
+        params: what shows that an operator is there.
         guard: what a command may be, and how it is stopped.
         period: control period [s].
-        draggable: what of the robot may be dragged.
+        draggable: which bodies may be dragged.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -181,12 +193,12 @@ class CommandGate(LeafSystem):
         self.period = checked_period(period)
         self.draggable = draggable
         checked(draggable.params)
-        self.said = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
-        said = {self.input_port_ticket(self.said.get_index())}
-        both = said | {self.xd_ticket()}
+        self.input = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
+        given = tickets(self, self.input)
+        both = given | {self.xd_ticket()}
         ports = [
             (signals.EE_COMMAND, 3, self._calc_passed, both),
-            (signals.GUARD_STATUS, 1, self._calc_guard_status, said),
+            (signals.GUARD_STATUS, 1, self._calc_guard_status, given),
             (signals.GATE_STATUS, 1, self._calc_gate_status, both),
             (signals.GATE_ARMING, 1, self._calc_arming, both),
         ]
@@ -197,24 +209,24 @@ class CommandGate(LeafSystem):
         self.DeclareDiscreteState(np.array([0.0, 0.0, 0.0, *GateState()]))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
 
-    def _said(self, context: Any) -> OperatorSample:
-        return OperatorSample(*self.said.Eval(context).tolist())
+    def _sample(self, context: Any) -> OperatorSample:
+        return OperatorSample(*self.input.Eval(context).tolist())
 
     def _next(self, context: Any) -> tuple[list[float], GateState]:
-        """Returns the command that passes, and where the gate stands then."""
-        said = self._said(context)
+        """Returns the command that passes, and the state after it."""
+        sample = self._sample(context)
         *passed, arming, status = context.get_discrete_state_vector().value()
         last = GateState(Arming(int(arming)), GateStatus(int(status)))
-        state = next_state(last, said, self.params, self.guard, self.draggable)
+        state = next_state(last, sample, self.params, self.guard, self.draggable)
         if state.arming == Arming.ARMED:
-            return cut_off(said.command, self.guard), state
+            return clamped(sample.command, self.guard), state
         return braked(passed, self.guard, self.period), state
 
     def _calc_passed(self, context: Any, output: Any) -> None:
         output.SetFromVector(np.array(self._next(context)[0]))
 
     def _calc_guard_status(self, context: Any, output: Any) -> None:
-        status = command_status(self._said(context).command, self.guard)
+        status = command_status(self._sample(context).command, self.guard)
         output.SetAtIndex(0, float(status))
 
     def _calc_gate_status(self, context: Any, output: Any) -> None:
@@ -225,7 +237,7 @@ class CommandGate(LeafSystem):
 
     def _calc_drag(self, context: Any, output: Any) -> None:
         armed = self._next(context)[1].arming == Arming.ARMED
-        passed = self._said(context).dragged if armed else NOTHING
+        passed = self._sample(context).dragged if armed else NOTHING
         output.SetFromVector(np.array(passed))
 
     def _keep(self, context: Any, state: Any) -> None:

@@ -1,15 +1,14 @@
-"""The guard: no command that is not finite and in range gets past it."""
+"""The guard: it passes only commands that are finite and in range."""
 
 import dataclasses as dc
 import enum
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem_
-from pydrake.systems.scalar_conversion import TemplateSystem
+from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.blocks import scalar_block, tickets
 from drake_mobman.parameters import (
     PAUSE,
     SPEED,
@@ -20,6 +19,7 @@ from drake_mobman.parameters import (
 )
 from drake_mobman.scalars import (
     Scalar,
+    Vector,
     is_finite,
     nearer_to_rest,
     saturated,
@@ -57,14 +57,14 @@ class Guard:
 
 
 _ROUNDING = 1e-9
-"""Share of a limit by which a command may be over it and still counts as at it."""
+"""Share of a limit by which a command may exceed it and still passes."""
 
 
-def command_status(command: Sequence[Scalar], guard: Guard) -> Scalar:
+def command_status(command: Vector, guard: Guard) -> Scalar:
     """Returns why `command` (3,) may not pass, a `GuardStatus`, or OK.
 
-    Over its range is one that is so by more than rounding: a script that leads up to
-    the very limit may end a bit or two beyond.
+    A command is over range if it is so by more than rounding: a script that ends
+    exactly at the limit may be a bit or two beyond.
     """
     over = not_finite = 0.0
     for c, most in zip(command, guard.largest, strict=True):
@@ -74,13 +74,19 @@ def command_status(command: Sequence[Scalar], guard: Guard) -> Scalar:
     return where(not_finite > 0, float(GuardStatus.NOT_FINITE), in_finite)
 
 
-def cut_off(command: Sequence[Scalar], guard: Guard) -> list[Scalar]:
-    """Returns a command that may pass, without what rounding has put on its range."""
+def clamped(command: Vector, guard: Guard) -> list[Scalar]:
+    """Returns a command (3,) that may pass, clamped to its range."""
     return [saturated(c, most) for c, most in zip(command, guard.largest, strict=True)]
 
 
-def braked(passed: Sequence[Scalar], guard: Guard, period: float) -> list[Scalar]:
-    """Returns the command one `period` [s] further on its way to rest."""
+def braked(passed: Vector, guard: Guard, period: float) -> list[Scalar]:
+    """Returns the command (3,) one `period` [s] further on its way to rest.
+
+    Args:
+        passed: the command last passed (3,).
+        guard: its `stop_time` brings the largest command to rest.
+        period: control period [s].
+    """
     if guard.stop_time <= period:
         return [0.0, 0.0, 0.0]
     share = period / guard.stop_time
@@ -90,71 +96,62 @@ def braked(passed: Sequence[Scalar], guard: Guard, period: float) -> list[Scalar
     ]
 
 
-@TemplateSystem.define("CommandGuard_")
-def CommandGuard_(T: Any) -> Any:
-    """Returns the block for scalars of type `T`."""
+@scalar_block
+class CommandGuard(LeafSystem):
+    """Passes a command that is finite and in range, and brakes to rest otherwise.
 
-    class Impl(LeafSystem_[T]):
-        """Passes a command that is finite and in range, and brakes to rest otherwise.
+    .. pydrake_system::
 
-        .. pydrake_system::
+        name: CommandGuard
+        input_ports:
+        - ee_command
+        output_ports:
+        - ee_command
+        - guard_status
 
-            name: CommandGuard
-            input_ports:
-            - ee_command
-            output_ports:
-            - ee_command
-            - guard_status
+    The state is the command last passed. A command that may not pass becomes a stop
+    from there, within `stop_time`; the status gives the reason for as long as it lasts.
 
-        The state is the command last passed. A command that may not pass ends as a stop
-        from there, within `stop_time`; the status says why for as long as it lasts.
+    Args:
+        params: what a command may be, and how it is stopped.
+        period: control period [s].
 
-        Built as `CommandGuard(params, period)`: a `Guard` and the control period [s].
-        Raises `ParameterError` where a parameter is not valid.
-        """
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
 
-        def _construct(
-            self, params: Guard, period: float, converter: Any = None
-        ) -> None:
-            LeafSystem_[T].__init__(self, converter=converter)
-            self.params = checked(params)
-            self.period = checked_period(period)
-            self.raw = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
-            told = {self.input_port_ticket(self.raw.get_index())}
-            self.passed = self.DeclareVectorOutputPort(
-                signals.EE_COMMAND,
-                3,
-                self._calc_passed,
-                prerequisites_of_calc=told | {self.xd_ticket()},
-            )
-            self.DeclareVectorOutputPort(
-                signals.GUARD_STATUS, 1, self._calc_status, prerequisites_of_calc=told
-            )
-            self.DeclareDiscreteState(3)
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_passed)
+    def __init__(self, params: Guard, period: float) -> None:
+        self.params = checked(params)
+        self.period = checked_period(period)
+        self.command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
+        command = tickets(self, self.command)
+        self.passed = self.DeclareVectorOutputPort(
+            signals.EE_COMMAND,
+            3,
+            self._calc_passed,
+            prerequisites_of_calc=command | {self.xd_ticket()},
+        )
+        self.DeclareVectorOutputPort(
+            signals.GUARD_STATUS, 1, self._calc_status, prerequisites_of_calc=command
+        )
+        self.DeclareDiscreteState(3)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_passed)
 
-        def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            Impl._construct(self, other.params, other.period, converter=converter)
+    def _calc_passed(self, context: Any, output: Any) -> None:
+        command = self.command.Eval(context)
+        last = context.get_discrete_state_vector()
+        stop = braked([last.GetAtIndex(i) for i in range(3)], self.params, self.period)
+        ok = command_status(command, self.params) == GuardStatus.OK
+        good = clamped(command, self.params)
+        passed = [where(ok, c, b) for c, b in zip(good, stop, strict=True)]
+        output.SetFromVector(np.array(passed))
 
-        def _calc_passed(self, context: Any, output: Any) -> None:
-            raw = self.raw.Eval(context)
-            last = context.get_discrete_state_vector()
-            stop = braked(
-                [last.GetAtIndex(i) for i in range(3)], self.params, self.period
-            )
-            ok = command_status(raw, self.params) == GuardStatus.OK
-            good = cut_off(raw, self.params)
-            passed = [where(ok, c, b) for c, b in zip(good, stop, strict=True)]
-            output.SetFromVector(np.array(passed))
+    def _calc_status(self, context: Any, output: Any) -> None:
+        status = command_status(self.command.Eval(context), self.params)
+        output.SetFromVector(np.array([self.scalar(1.0) * status]))
 
-        def _calc_status(self, context: Any, output: Any) -> None:
-            status = command_status(self.raw.Eval(context), self.params)
-            output.SetFromVector(np.array([T(1.0) * status]))
-
-        def _keep_passed(self, context: Any, state: Any) -> None:
-            state.get_mutable_vector().SetFromVector(self.passed.Eval(context))
-
-    return Impl
+    def _keep_passed(self, context: Any, state: Any) -> None:
+        state.get_mutable_vector().SetFromVector(self.passed.Eval(context))
 
 
-CommandGuard = CommandGuard_[None]
+CommandGuard_ = CommandGuard.template

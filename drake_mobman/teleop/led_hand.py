@@ -1,6 +1,6 @@
-"""A hand that holds the tool, or any point of the arm, and goes where it is led.
+"""A hand that an operator steers, and that holds the tool or any point of the arm.
 
-The spring, damper and bounded force of `guiding_hand.py`, led by an operator.
+It pulls with the spring, the damper and the bounded force of `guiding_hand.py`.
 """
 
 import math
@@ -11,65 +11,74 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_mobman import signals
-from drake_mobman.guidance.applied_force import HOLD, Push
+from drake_mobman.guidance.applied_force import GRASPED_POINT, PointForce
 from drake_mobman.guidance.guiding_hand import Hand, Spring, hand_force
 from drake_mobman.parameters import checked, checked_period
 from drake_mobman.robot_model import RobotModel
+from drake_mobman.scalars import Vector
 from drake_mobman.teleop.drag import NOTHING, Drag, Dragged
 
 
-def led_velocity(command: Any, workspace: Any, theta: float) -> list[float]:
+def commanded_velocity(
+    command: Vector, ee_cylindrical: Vector, theta: float
+) -> list[float]:
     """Returns v_WH (3,) [m/s] that the operator commands.
 
-    v_c along the reach, l omega_c across it, v_z up: the stick pulls the hand just as
-    it steers the hand of a robot that is tele-operated.
+    v_c along the reach, l omega_c across it, v_z up: the same stick moves the hand here
+    and the end effector in teleoperation.
 
     Args:
-        command: `ee_command`.
-        workspace: l [m], psi [rad], z [m].
+        command: `ee_command` (3,).
+        ee_cylindrical: l [m], psi [rad], z [m].
         theta: heading of the base in W [rad].
     """
     v_c, omega_c, v_z = command
-    l, psi, _ = workspace
+    l, psi, _ = ee_cylindrical
     c, s = math.cos(theta + psi), math.sin(theta + psi)
     across = l * omega_c
     return [v_c * c - across * s, v_c * s + across * c, v_z]
 
 
-def on_a_leash(p_WH: Sequence[float], p_WE: Sequence[float], most: float) -> Any:
-    """Returns `p_WH` (3,), or the nearest to it within `most` of `p_WE` (3,) [m].
+def within_distance(
+    p_WH: Sequence[float], p_WE: Sequence[float], limit: float
+) -> list[float]:
+    """Returns `p_WH` (3,), or the nearest point within `limit` of `p_WE` (3,) [m].
 
-    A hand that pulls in vain does not run away from its tool, to tear at it later.
+    So a hand whose tool does not follow does not move away, only to jerk at it later.
     """
     away = [H - E for H, E in zip(p_WH, p_WE, strict=True)]
     distance = math.hypot(*away)
-    if distance <= most:
+    if distance <= limit:
         return list(p_WH)
-    return [E + x * most / distance for E, x in zip(p_WE, away, strict=True)]
+    return [E + x * limit / distance for E, x in zip(p_WE, away, strict=True)]
 
 
 def drag_velocity(
     p_WH: Sequence[float], p_WT: Sequence[float], max_speed: float, period: float
 ) -> list[float]:
-    """Returns v_WH (3,) [m/s] of a hand that drags: straight to p_WT (3,) [m].
+    """Returns v_WH (3,) [m/s] of a hand that drags: straight to its target.
 
-    It is there a period [s] on, if that is not faster than `max_speed` [m/s].
+    Args:
+        p_WH: position of the hand (3,) [m].
+        p_WT: its target (3,) [m], reached after one period if `max_speed` allows it.
+        max_speed: of the hand [m/s].
+        period: control period [s].
     """
-    way = [T - H for T, H in zip(p_WT, p_WH, strict=True)]
-    slower = max(1.0, math.hypot(*way) / (max_speed * period))
-    return [x / period / slower for x in way]
+    away = [T - H for T, H in zip(p_WT, p_WH, strict=True)]
+    slower = max(1.0, math.hypot(*away) / (max_speed * period))
+    return [x / period / slower for x in away]
 
 
-class Lead(LeafSystem):
-    """Works out where the led hand goes, and its force on what it holds.
+class SteeredGrasp(LeafSystem):
+    """Computes where a steered hand goes, and its force on what it holds.
 
     .. pydrake_system::
 
-        name: Lead
+        name: SteeredGrasp
         input_ports:
         - ee_command
         - drag
-        - workspace
+        - ee_cylindrical
         - base_pose
         - tool_position
         - tool_velocity
@@ -77,14 +86,14 @@ class Lead(LeafSystem):
         output_ports:
         - hand_force
         - hand_position
-        - hold
+        - grasped_point
 
-    All are states, renewed at the control ticks. The hand holds the tool, or the point
-    that is dragged; it takes hold of either where that is.
+    All outputs are states, renewed at the control ticks. The hand holds the tool, or
+    the point that is dragged; it takes hold of either where that is.
 
     Args:
-        params: of the hand at the tool.
-        drag: of the hand that drags.
+        params: of the hand at the tool; it starts where its path starts.
+        drag: of the hand while it drags another point.
         model: of the robot.
         period: control period [s].
 
@@ -104,7 +113,7 @@ class Lead(LeafSystem):
         declare = self.DeclareVectorInputPort
         self.command = declare(signals.EE_COMMAND, 3)
         self.drag = declare(signals.DRAG, len(NOTHING))
-        self.workspace = declare(signals.EE_CYLINDRICAL, 3)
+        self.ee_cylindrical = declare(signals.EE_CYLINDRICAL, 3)
         self.base_pose = declare(signals.BASE_POSE, 3)
         self.tool_position = declare(signals.TOOL_POSITION, 3)
         self.tool_velocity = declare(signals.TOOL_VELOCITY, 3)
@@ -113,35 +122,35 @@ class Lead(LeafSystem):
         self.robot_state = declare(signals.ROBOT_STATE, size)
         self._at_tool = [float(plant.GetBodyByName("tool").index()), 0.0, 0.0, 0.0]
         first = params.path[0]
-        # Groups of their own: an output of a state is one of a whole group.
+        # Three groups: a state output port puts out a whole group.
         force = self.DeclareDiscreteState(3)
         position = self.DeclareDiscreteState(np.array([first.x, first.y, first.z]))
-        hold = self.DeclareDiscreteState(np.array(self._at_tool))
+        point = self.DeclareDiscreteState(np.array(self._at_tool))
         self.DeclareStateOutputPort(signals.HAND_FORCE, force)
         self.DeclareStateOutputPort(signals.HAND_POSITION, position)
-        self.DeclareStateOutputPort(HOLD, hold)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._pull)
+        self.DeclareStateOutputPort(GRASPED_POINT, point)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._renew)
 
-    def _pull(self, context: Any, state: Any) -> None:
-        _, last, held = (
+    def _renew(self, context: Any, state: Any) -> None:
+        _, last, last_point = (
             context.get_discrete_state(i).value().tolist() for i in range(3)
         )
         dragged = Dragged(*self.drag.Eval(context).tolist())
-        hold, spring, motion = self._held(context, dragged)
+        point, spring, motion = self._grasped(context, dragged)
         p_WQ, v_WQ = (x.tolist() for x in motion)
-        if hold != held:
+        if point != last_point:
             last = p_WQ
-        v_WH = self._lead(context, last, dragged)
-        led = [H + self.period * v for H, v in zip(last, v_WH, strict=True)]
-        p_WH = on_a_leash(led, p_WQ, spring.max_force / spring.stiffness)
+        v_WH = self._velocity(context, last, dragged)
+        steered = [H + self.period * v for H, v in zip(last, v_WH, strict=True)]
+        p_WH = within_distance(steered, p_WQ, spring.max_force / spring.stiffness)
         force = hand_force(p_WQ, v_WQ, p_WH, v_WH, spring)
-        for i, value in enumerate((force, p_WH, hold)):
+        for i, value in enumerate((force, p_WH, point)):
             state.get_mutable_vector(i).SetFromVector(np.array(value))
 
-    def _held(
+    def _grasped(
         self, context: Any, dragged: Dragged
     ) -> tuple[list[float], Spring, tuple[Any, Any]]:
-        """Returns what is held, how, and its position [m] and velocity [m/s] in W."""
+        """Returns the grasped point, the spring, and p_WQ [m] and v_WQ [m/s] of it."""
         if not dragged.body:
             tool = self.tool_position.Eval(context), self.tool_velocity.Eval(context)
             return self._at_tool, self.params, tool
@@ -149,18 +158,20 @@ class Lead(LeafSystem):
         point = self.model.point_W(body, p_BQ, self.robot_state.Eval(context))
         return [dragged.body, *p_BQ], self.drag_params, point
 
-    def _lead(self, context: Any, p_WH: list[float], dragged: Dragged) -> list[float]:
+    def _velocity(
+        self, context: Any, p_WH: list[float], dragged: Dragged
+    ) -> list[float]:
         """Returns v_WH (3,) [m/s], as the operator drags or commands."""
         x, y, theta = self.base_pose.Eval(context).tolist()
         if dragged.body:
             p_WT = dragged.to_x + x, dragged.to_y + y, dragged.to_z
             return drag_velocity(p_WH, p_WT, self.drag_params.max_speed, self.period)
-        command = self.command.Eval(context).tolist()
-        return led_velocity(command, self.workspace.Eval(context).tolist(), theta)
+        command, at = self.command.Eval(context), self.ee_cylindrical.Eval(context)
+        return commanded_velocity(command.tolist(), at.tolist(), theta)
 
 
 class LedHand(Diagram):
-    """Pulls where an operator leads it, by a force held between control ticks.
+    """Pulls where an operator steers it, by a force constant between control ticks.
 
     .. pydrake_system::
 
@@ -168,7 +179,7 @@ class LedHand(Diagram):
         input_ports:
         - ee_command
         - drag
-        - workspace
+        - ee_cylindrical
         - base_pose
         - tool_position
         - tool_velocity
@@ -178,13 +189,13 @@ class LedHand(Diagram):
         - hand_position
         - spatial_forces
 
-    Commanded nothing, it holds the tool where it is. It goes no farther from what it
-    holds than its spring makes use of. While another point is dragged, it lets go of
-    the tool.
+    Without a command, it holds the tool where it is. It moves no farther from what it
+    holds than its spring needs for the largest force. While another point is dragged,
+    it lets go of the tool.
 
     Args:
-        params: of the hand; it starts where its path does, and goes its own ways.
-        drag: of the hand while it drags.
+        params: of the hand at the tool; it starts where its path starts.
+        drag: of the hand while it drags another point.
         model: of the robot.
         period: control period [s].
 
@@ -198,13 +209,14 @@ class LedHand(Diagram):
     ) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        lead = builder.AddNamedSystem("lead", Lead(params, drag, model, period))
-        push = builder.AddNamedSystem("push", Push())
-        for port in map(lead.get_input_port, range(lead.num_input_ports())):
+        grasp = SteeredGrasp(params, drag, model, period)
+        builder.AddNamedSystem("grasp", grasp)
+        force = builder.AddNamedSystem("point_force", PointForce())
+        for port in map(grasp.get_input_port, range(grasp.num_input_ports())):
             builder.ExportInput(port, port.get_name())
-        for name in (HOLD, signals.HAND_FORCE):
-            builder.Connect(lead.GetOutputPort(name), push.GetInputPort(name))
+        for name in (GRASPED_POINT, signals.HAND_FORCE):
+            builder.Connect(grasp.GetOutputPort(name), force.GetInputPort(name))
         for name in (signals.HAND_FORCE, signals.HAND_POSITION):
-            builder.ExportOutput(lead.GetOutputPort(name), name)
-        builder.ExportOutput(push.get_output_port(), signals.SPATIAL_FORCES)
+            builder.ExportOutput(grasp.GetOutputPort(name), name)
+        builder.ExportOutput(force.get_output_port(), signals.SPATIAL_FORCES)
         builder.BuildInto(self)

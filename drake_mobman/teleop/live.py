@@ -1,4 +1,4 @@
-"""A live operator: what is said at the edge, taken in at the control ticks."""
+"""A live operator, whose input is sampled at the control ticks."""
 
 import dataclasses as dc
 import math
@@ -15,17 +15,17 @@ from drake_mobman.teleop.drag import Dragged
 class OperatorSample(NamedTuple):
     """The signal `operator_input`, component by component.
 
-    Flags count as set or not on the safe side: a `dead_man` is held if above one half,
-    a `stop` is asked for unless it is 0, and neither is told by a NaN.
+    Flags are read on the safe side: `dead_man` is held if it is above one half, and
+    `stop` is requested unless it is 0. So a NaN holds nothing, and stops.
     """
 
     v_c: float = 0.0  # [m/s].
     omega_c: float = 0.0  # [rad/s].
     v_z: float = 0.0  # [m/s].
     dead_man: float = 0.0  # 1 while held.
-    age: float = math.inf  # Since the operator said so [s].
-    stop: float = 0.0  # 1 when anyone asks for a stop.
-    choice: float = 0.0  # Index of the decomposer, or field, that is to drive.
+    age: float = math.inf  # Time since the operator sent it [s].
+    stop: float = 0.0  # 1 when anyone requests a stop.
+    choice: float = 0.0  # Index of the chosen controller.
     # As in `Dragged`.
     body: float = 0.0
     q_x: float = 0.0
@@ -37,17 +37,17 @@ class OperatorSample(NamedTuple):
 
     @property
     def command(self) -> tuple[float, float, float]:
-        """Returns the `ee_command` that is asked for."""
+        """Returns the `ee_command` (3,)."""
         return self.v_c, self.omega_c, self.v_z
 
     @property
     def dragged(self) -> Dragged:
-        """Returns which point is to be dragged, and whereto."""
+        """Returns which point is dragged, and its target."""
         return Dragged(*self[-len(Dragged._fields) :])
 
 
 NOBODY = OperatorSample()
-"""What is taken in while no operator has said a word."""
+"""The input while there is no operator."""
 
 SIZE = len(NOBODY)
 """Of the signal `operator_input`."""
@@ -55,18 +55,21 @@ SIZE = len(NOBODY)
 
 @dc.dataclass
 class Operator:
-    """An operator at the diagram's input port `operator_input`; nobody, if not fed."""
+    """A live operator, at the diagram's input port `operator_input`.
+
+    While nothing is connected to the port, there is no operator.
+    """
 
     fed: ClassVar[bool] = True
     finite: ClassVar[bool] = False
 
-    def build(self, period: float) -> Any:
+    def build(self, period: float) -> "LiveSource":
         """Returns the block, for a control period [s]."""
         return LiveSource(period)
 
 
 class LiveSource(LeafSystem):
-    """Takes in what the operator says at each control tick, and holds it.
+    """Samples the operator's input at each control tick, and holds it.
 
     .. pydrake_system::
 
@@ -76,9 +79,8 @@ class LiveSource(LeafSystem):
         output_ports:
         - operator_input
 
-    What comes out after a tick is the state alone, whoever feeds the input and however
-    long after the tick: so the log of it is all that a replay needs. An input that is
-    not fed is an operator who is not there.
+    The output is the state, and so does not change between two ticks: its log is all
+    that a replay needs. While nothing is connected to the input, there is no operator.
 
     Args:
         period: control period [s].
@@ -90,12 +92,12 @@ class LiveSource(LeafSystem):
     def __init__(self, period: float) -> None:
         super().__init__()
         checked_period(period)
-        self.said = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
+        self.input = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
         state = self.DeclareDiscreteState(np.array(NOBODY))
         self.DeclareStateOutputPort(signals.OPERATOR_INPUT, state)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._take_in)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
 
-    def _take_in(self, context: Any, state: Any) -> None:
-        heard = self.said.HasValue(context)
-        said = self.said.Eval(context) if heard else np.array(NOBODY)
-        state.get_mutable_vector().SetFromVector(said)
+    def _sample(self, context: Any, state: Any) -> None:
+        fed = self.input.HasValue(context)
+        sample = self.input.Eval(context) if fed else np.array(NOBODY)
+        state.get_mutable_vector().SetFromVector(sample)

@@ -1,4 +1,4 @@
-"""An operator's session, played back: what was said, sample by sample."""
+"""An operator's session, played back sample by sample."""
 
 import dataclasses as dc
 import math
@@ -12,6 +12,7 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_mobman import signals
 from drake_mobman.parameters import ParameterError, checked_period
+from drake_mobman.scalars import Matrix
 from drake_mobman.teleop.live import NOBODY, SIZE, OperatorSample
 
 COMMANDS = "commands.bin"
@@ -21,8 +22,8 @@ COMMANDS = "commands.bin"
 def header(period: float) -> bytes:
     """Returns the first line of the file of a recording at this period [s].
 
-    After it, samples (N, SIZE) row by row, one a period from time 0 on, as numbers of 8
-    bytes, little-endian: read whole up to wherever it ends.
+    After it come samples (N, SIZE), row by row, one a period from time 0 on, as
+    little-endian numbers of 8 bytes. The last row may be incomplete.
     """
     return _named(SIZE) + f"; period {period!r} s\n".encode()
 
@@ -33,18 +34,20 @@ def _named(size: int) -> bytes:
 
 
 _SIZES = {_named(size): size for size in (SIZE, 7)}
-"""Of samples, by what the header says of them; the second is of before anything could
-be dragged."""
+"""Sizes of samples, by the header; the second is of version 0.1, without a drag."""
 
 _HEADER = re.compile(rb"([^\n]*; <f8)(?:; period (\d+(?:\.\d+)?(?:e[+-]?\d+)?) s)?\n")
-"""What is in a sample, and the period, which was not told at first."""
+"""The components of a sample, and the period, which the first files do not have."""
 
 
 @dc.dataclass
 class Recording:
-    """A recorded session, as it reached the gate; the run is as long as that is."""
+    """A recorded session, as it reached the gate; the run lasts as long."""
 
-    file: str = COMMANDS  # Path, from the folder that the scenario is in.
+    fed: ClassVar[bool] = False
+    finite: ClassVar[bool] = False
+
+    file: str = COMMANDS  # Path, relative to the folder of the scenario.
 
     def check(self) -> None:
         """Raises `ParameterError` unless a file is named."""
@@ -52,18 +55,18 @@ class Recording:
             raise ParameterError("file", self.file, "must be the path of a recording")
 
     def in_folder(self, folder: Path) -> "Recording":
-        """Returns the same with its path from wherever the program runs."""
+        """Returns the same with an absolute path, for a scenario in this folder."""
         return Recording(str((folder / self.file).resolve()))
 
-    def samples(self, period: float) -> Any:
+    def samples(self, period: float) -> Matrix:
         """Returns `operator_input` at each period from time 0 on (N, SIZE), N >= 2.
 
         Args:
-            period: to play it back at [s].
+            period: control period of the run [s].
 
         Raises:
-            ParameterError: where the file cannot be read, or holds no recording, or one
-                at another period, which would be played back too slow or too fast.
+            ParameterError: where the file cannot be read, holds no recording, or holds
+                one at another period, which would run too slow or too fast.
         """
         path = Path(self.file)
         samples = read_samples(path)
@@ -73,28 +76,25 @@ class Recording:
             raise ParameterError("file", self.file, f"{valid}, not at {period!r} s")
         return samples
 
-    fed: ClassVar[bool] = False
-    finite: ClassVar[bool] = False
-
-    def build(self, period: float) -> Any:
+    def build(self, period: float) -> "RecordedSource":
         """Returns the block, for a control period [s]."""
         return RecordedSource(self.samples(period), period)
 
 
-def write_samples(file: BinaryIO, samples: Any) -> None:
+def write_samples(file: BinaryIO, samples: Matrix) -> None:
     """Appends samples (N, SIZE) to an open file, which begins with the header."""
     file.write(np.ascontiguousarray(samples, dtype="<f8").tobytes())
 
 
-def read_samples(path: Path) -> Any:
-    """Returns the samples (N, SIZE) in a file; what is cut off at its end is left out.
+def read_samples(path: Path) -> Matrix:
+    """Returns the samples (N, SIZE) in a file, without an incomplete one at its end.
 
     Raises:
         ParameterError: where it cannot be read, or holds no recording.
     """
     valid = "must be a recorded session"
     if path.exists() and not path.is_file():
-        # Nobody may ever say a word in a pipe, and some devices never end.
+        # A pipe may never get data, and some devices never end.
         raise ParameterError("file", str(path), valid)
     try:
         data = path.read_bytes()
@@ -109,15 +109,15 @@ def read_samples(path: Path) -> Any:
     if rows < 2:
         raise ParameterError("file", str(path), f"{valid} of one period or more")
     samples = np.tile(NOBODY, (rows, 1))
-    said = np.frombuffer(data, "<f8", rows * size, start)
-    samples[:, :size] = said.reshape(rows, size)
+    values = np.frombuffer(data, "<f8", rows * size, start)
+    samples[:, :size] = values.reshape(rows, size)
     return samples
 
 
 def recorded_period(path: Path) -> float | None:
-    """Returns the period of the recording in a file [s]; None if nobody knows it.
+    """Returns the period of the recording in a file [s], or None if it is not known.
 
-    A file of before it told this has, in its run folder, a scenario that does.
+    The first files have it only in the scenario of their run folder.
     """
     with suppress(OSError, ValueError):
         with path.open("rb") as file:
@@ -125,13 +125,13 @@ def recorded_period(path: Path) -> float | None:
         if first and first[2]:
             return float(first[2])
         scenario = path.with_name("scenario.yaml").read_text()
-        if said := re.search(r"^period: *(\S+)", scenario, re.MULTILINE):
-            return float(said[1])
+        if found := re.search(r"^period: *(\S+)", scenario, re.MULTILINE):
+            return float(found[1])
     return None
 
 
 class RecordedSource(LeafSystem):
-    """Says at each control tick what was said in the recording; then nobody is there.
+    """Puts out a recording, sample by sample; after it, there is no operator.
 
     .. pydrake_system::
 
@@ -139,8 +139,8 @@ class RecordedSource(LeafSystem):
         output_ports:
         - operator_input
 
-    The state is the sample, renewed at each tick, just as in `LiveSource`: between the
-    ticks, too, everyone sees what was seen in the session.
+    The state is the sample, renewed at each tick, as in `LiveSource`: so the output is
+    that of the session between the ticks, too.
 
     Args:
         samples: `operator_input` (N, SIZE), one a period from time 0 on.
@@ -150,18 +150,18 @@ class RecordedSource(LeafSystem):
         ParameterError: where the period is not valid.
     """
 
-    def __init__(self, samples: Any, period: float) -> None:
+    def __init__(self, samples: Matrix, period: float) -> None:
         super().__init__()
         self.period = checked_period(period)
         self._samples = np.array(samples, dtype=float)
         state = self.DeclareDiscreteState(self._at(0))
         self.DeclareStateOutputPort(signals.OPERATOR_INPUT, state)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._advance)
 
-    def _at(self, k: int) -> Any:
+    def _at(self, k: int) -> Matrix:
         return self._samples[k] if k < len(self._samples) else np.array(NOBODY)
 
-    def _go_on(self, context: Any, state: Any) -> None:
-        # What is said at one tick is seen until the next, and logged there.
+    def _advance(self, context: Any, state: Any) -> None:
+        # The sample of one tick is put out, and logged, until the next.
         k = round(context.get_time() / self.period) + 1
         state.get_mutable_vector().SetFromVector(self._at(k))

@@ -1,7 +1,7 @@
-"""An operator's command by script: held for a time, or led smoothly to a new value."""
+"""Commands by a script: held for a time, or changed smoothly to a new value."""
 
 import dataclasses as dc
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
@@ -12,20 +12,20 @@ from drake_mobman.parameters import Range, checked, within
 from drake_mobman.ticks import at_tick
 
 _DURATION = Range(1e-6, 1e6, "s")
-"""Of segments: over hours, two times nearer than the least may be one float."""
+"""Of a segment: after hours, times nearer than the least may be one float."""
 
 _SPEED = Range(-100.0, 100.0, "m/s")
 _YAW_RATE = Range(-100.0, 100.0, "rad/s")
-"""Ten times and five times what any guard lets pass: scripts are to try it, too."""
+"""Ten and five times what any guard lets pass: scripts test the guard, too."""
 
 
 _MOST_SEGMENTS = 100_000
-"""That a script is gone through: all are listed before a run, in some seconds."""
+"""In a script with its repeats: all are listed before a run, in some seconds."""
 
 
 @dc.dataclass
 class Held:
-    """A command that stays as it is."""
+    """A constant command."""
 
     duration: float = 1.0  # How long [s].
     v_c: float = 0.0  # Along the reach [m/s].
@@ -39,9 +39,9 @@ class Held:
 
 @dc.dataclass
 class Smooth:
-    """A command led from where the segment before it ends to a new value.
+    """A command that changes from the end of the segment before to a new value.
 
-    By a cubic that starts and ends without slope; its largest slope is 1.5 times the
+    By a cubic that starts and ends with slope 0; its largest slope is 1.5 times the
     change over the duration.
     """
 
@@ -63,20 +63,21 @@ def _check_segment(segment: Held | Smooth) -> None:
 
 @dc.dataclass
 class Script:
-    """Segments one after the other, from time 0 and from rest; then rest."""
+    """Segments one after the other, from time 0 and from rest; after them, rest."""
 
+    fed: ClassVar[bool] = False
+    finite: ClassVar[bool] = True
+
+    # One after the other.
     segments: list[Held | Smooth] = dc.field(default_factory=list)
-    repeat: int = 1  # How many times the segments are gone through.
+    repeat: int = 1  # How many times the segments are run.
 
     def check(self) -> None:
         """Raises `ParameterError` unless there are some repeats, and not too many."""
         most = _MOST_SEGMENTS // max(len(self.segments), 1)
         within(self, Range(1, most, f"for {len(self.segments)} segments"), "repeat")
 
-    fed: ClassVar[bool] = False
-    finite: ClassVar[bool] = True
-
-    def build(self, period: float) -> Any:
+    def build(self, period: float) -> "ScriptedSource":
         """Returns the block, for a control period [s]."""
         return ScriptedSource(self, period)
 
@@ -86,13 +87,13 @@ def script_trajectory(
 ) -> PiecewisePolynomial:
     """Returns the commands (3,) over time [s] that `script` describes.
 
-    At the border of two segments the later one counts. After the last one, and where
+    At the border of two segments the later one holds. After the last one, and where
     there is none, the command is zero.
 
     Args:
-        script: what to command when.
-        period: of the ticks that it is sampled at [s]; a border that is meant to be at
-            a tick is at it, whatever rounding makes of the durations' sum.
+        script: the segments.
+        period: control period at which it is sampled [s]. A border that is meant to be
+            at a tick is moved there, where rounding of the durations' sum misses it.
     """
     end, value = 0.0, [0.0, 0.0, 0.0]
     pieces = []
@@ -108,8 +109,8 @@ def script_trajectory(
             knots = [[c, c] for c in target]
             pieces.append(PiecewisePolynomial.ZeroOrderHold([start, end], knots))
         value = target
-    # Rest stands after the script as a piece of its own, so that the value at the
-    # script's very end is that of rest too.
+    # A piece of rest comes after the script, so that the value at the script's very end
+    # is 0 too.
     pieces.append(PiecewisePolynomial.ZeroOrderHold([end, end + 1.0], [[0.0, 0.0]] * 3))
     trajectory = pieces[0]
     for piece in pieces[1:]:
@@ -127,8 +128,8 @@ class ScriptedSource(Diagram):
         - ee_command
 
     Args:
-        script: what to command when.
-        period: of the ticks that it is sampled at [s]; see `script_trajectory`.
+        script: the segments.
+        period: control period at which it is sampled [s]; see `script_trajectory`.
 
     Raises:
         ParameterError: where a segment is not valid.

@@ -1,7 +1,7 @@
-"""A base that follows keeps still where nobody is at the stick.
+"""The base stops where the gate stops the operator's command.
 
-By a velocity field the base goes after the hand, whether or not the hand is commanded.
-The gate stops the hand; the base would still come along as far as that is away.
+A velocity field makes the base follow the end effector, commanded or not. The gate
+stops the end effector only: without a ramp, the base would still come closer to it.
 """
 
 from typing import Any
@@ -17,9 +17,9 @@ from drake_mobman.teleop.guard import Guard
 
 
 def next_share(share: Scalar, is_open: bool, guard: Guard, period: float) -> Scalar:
-    """Returns how much of its command the base gets, one `period` [s] on.
+    """Returns the share of its command that the base gets, one `period` [s] on.
 
-    All of it while the gate is open; then less and less, none after the `stop_time`.
+    1 while the gate is open; then it falls to 0 within the guard's `stop_time`.
     """
     if is_open:
         return 1.0
@@ -27,7 +27,7 @@ def next_share(share: Scalar, is_open: bool, guard: Guard, period: float) -> Sca
 
 
 class StopRamp(LeafSystem):
-    """Passes the base's command while the gate is open, and takes it back otherwise.
+    """Passes the base's command while the gate is open, and ramps it down otherwise.
 
     .. pydrake_system::
 
@@ -41,7 +41,7 @@ class StopRamp(LeafSystem):
     The state is the share of the command that the base gets.
 
     Args:
-        guard: says in which time a command is stopped.
+        guard: its `stop_time` is the duration of the ramp.
         period: control period [s].
 
     Raises:
@@ -52,7 +52,7 @@ class StopRamp(LeafSystem):
         super().__init__()
         self.guard = checked(guard)
         self.period = checked_period(period)
-        self.wanted = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
+        self.command = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
         self.status = self.DeclareVectorInputPort(signals.GATE_STATUS, 1)
         self.DeclareVectorOutputPort(
             signals.BASE_COMMAND,
@@ -61,7 +61,7 @@ class StopRamp(LeafSystem):
             prerequisites_of_calc={self.all_input_ports_ticket(), self.xd_ticket()},
         )
         self.DeclareDiscreteState(1)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._go_on)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._advance)
 
     def _share(self, context: Any) -> float:
         last = context.get_discrete_state_vector().GetAtIndex(0)
@@ -70,9 +70,9 @@ class StopRamp(LeafSystem):
 
     def _calc(self, context: Any, output: Any) -> None:
         share = self._share(context)
-        # None is exactly none, so that the smoother takes it for a stop.
-        wanted = self.wanted.Eval(context)
-        output.SetFromVector(share * wanted if share > 0 else np.zeros(2))
+        # A share of 0 gives exactly 0, which the smoother takes for a stop.
+        command = self.command.Eval(context)
+        output.SetFromVector(share * command if share > 0 else np.zeros(2))
 
-    def _go_on(self, context: Any, state: Any) -> None:
+    def _advance(self, context: Any, state: Any) -> None:
         state.get_mutable_vector().SetAtIndex(0, self._share(context))

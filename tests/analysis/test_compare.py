@@ -285,7 +285,7 @@ def test_ctrl_c_ends_it_and_keeps_what_was_done(tmp_path, monkeypatch):
 
         yield progress
 
-    monkeypatch.setattr(cli, "progress_bar", impatient)
+    monkeypatch.setattr("drake_mobman.cli.compare.progress_bar", impatient)
     command = ["kwon_1", "kwon_3", "kwon_2", *BOTH]
     result = compare(*command, "--out", tmp_path, "--set", "duration=1")
     assert result.exit_code == 130

@@ -10,7 +10,7 @@ from pydrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
 from pydrake.symbolic import Variable
 
 from drake_mobman.arm.damped_inverse import DampedInverse, rates_within_limits
-from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import (
     ArmStatus,
     JointLimits,
@@ -18,6 +18,7 @@ from drake_mobman.arm.limits import (
     braking_rate,
     filled_rates,
 )
+from drake_mobman.arm.pseudo_inverse import Damping
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
@@ -165,7 +166,7 @@ def test_the_hand_keeps_its_direction_where_rates_are_bound(asked, command):
     assume(np.linalg.norm(command) > 0.1)
     q = np.array(POSTURE)
     block = DampedInverse(ARM, with_limits(velocity=[0.05] * 7), PERIOD)
-    full, _, _ = ARM.hand_and_posture_rates(q, command)
+    full, _, _ = ARM.ee_and_posture_rates(q, command)
     rates, status = asked(command, q, block)
     assert status == ArmStatus.JOINT_RATE
     assert np.abs(rates).max() == pytest.approx(0.05)
@@ -175,7 +176,7 @@ def test_the_hand_keeps_its_direction_where_rates_are_bound(asked, command):
 
 @given(command=COMMAND)
 def test_a_limit_that_stops_the_posture_does_not_stop_the_hand(asked, command):
-    hand, posture, _ = (np.array(x) for x in ARM.hand_and_posture_rates(SWUNG, command))
+    hand, posture, _ = (np.array(x) for x in ARM.ee_and_posture_rates(SWUNG, command))
     # The joint that the posture moves most, and the hand not at all or away, is at
     # its limit.
     blocked = np.where(hand * posture <= 0, np.abs(posture), 0.0)
@@ -201,7 +202,7 @@ def test_the_hand_turns_on_where_the_posture_is_blocked_outright(asked):
     q = SWUNG
     blind = Damping(level_gain=0.0)
     arm = JacobianArm(RobotModel(FrankaTiago()).plant, POSTURE, blind)
-    _, posture, _ = arm.hand_and_posture_rates(q, (0.0, 0.3, 0.0))
+    _, posture, _ = arm.ee_and_posture_rates(q, (0.0, 0.3, 0.0))
     assert abs(posture[2]) > 0.05
     lower, upper = list(LIMITS.lower), list(LIMITS.upper)
     (upper if posture[2] > 0 else lower)[2] = q[2]
@@ -215,7 +216,7 @@ def test_the_hand_turns_on_where_the_posture_is_blocked_outright(asked):
 def test_a_limit_in_the_hands_way_stops_the_hand_and_says_so(asked):
     # Drawn in, the arm folds its elbow: the limit is put there.
     q, command = np.array(POSTURE), (-0.3, 0.0, 0.0)
-    hand, _, _ = ARM.hand_and_posture_rates(q, command)
+    hand, _, _ = ARM.ee_and_posture_rates(q, command)
     assert hand[3] < -0.1
     lower = list(LIMITS.lower)
     lower[3] = q[3]

@@ -141,7 +141,7 @@ def test_rates_of_the_programs_keep_what_limits_there_are():
 def exact_block(robot, limits, **smoother):
     arm = robot.arm()
     return ExactDecomposer(
-        Exact(), WorkspaceLimits(), arm, limits, Smoother(**smoother), PERIOD
+        Exact(), WorkspaceLimits(), arm, limits, Smoother(**smoother).limits(), PERIOD
     )
 
 

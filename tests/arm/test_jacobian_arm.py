@@ -11,12 +11,9 @@ from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_mobman.arm.jacobian_arm import (
-    Damping,
-    JacobianArm,
-    damped_pseudo_inverse,
-    tilt,
-)
+from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.orientation import orientation_error
+from drake_mobman.arm.pseudo_inverse import Damping, damped_pseudo_inverse
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago, reduced_arm
@@ -71,7 +68,9 @@ COMMAND = st.tuples(SPEED, SPEED, SPEED)
 def random_angles(count, seed=0):
     """Yields joint angles within the limits, the hand turned anyhow."""
     rng = np.random.default_rng(seed)
-    yield from rng.uniform(MODEL.joint_limits.lower, MODEL.limits.upper, (count, 7))
+    yield from rng.uniform(
+        MODEL.joint_limits.lower, MODEL.joint_limits.upper, (count, 7)
+    )
 
 
 def regular_angles(count, arm=ARM):
@@ -111,7 +110,9 @@ def commanded_V_BE(q, command):
 
 def tilt_of(q):
     """Returns how far the hand is turned from level [rad], for small angles."""
-    return np.linalg.norm(tilt(R_BE(q), R_z(ARM.ee_cylindrical(q)[1]) @ R_BE(POSTURE)))
+    return np.linalg.norm(
+        orientation_error(R_BE(q), R_z(ARM.ee_cylindrical(q)[1]) @ R_BE(POSTURE))
+    )
 
 
 def R_z(angle):
@@ -209,7 +210,7 @@ def test_euler_steps_do_not_tilt_the_hand(held):
 
 @given(q=LEVEL, omega_m=SPEED)
 def test_in_its_plane_the_arm_turns_by_its_first_joint_alone(q, omega_m):
-    hand, _, _ = ARM.hand_and_posture_rates(q, (0.0, omega_m, 0.0))
+    hand, _, _ = ARM.ee_and_posture_rates(q, (0.0, omega_m, 0.0))
     np.testing.assert_allclose(hand, [omega_m] + [0.0] * 6, rtol=0, atol=RATES)
 
 
@@ -249,7 +250,9 @@ def test_a_hand_turned_apart_is_moved_and_turned_by_parts_of_its_rates(command, 
         by_turn = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
         np.testing.assert_allclose(V_BE(q, turn), by_turn, rtol=0, atol=RATES)
         level = R_z(yaw) @ R_BE(POSTURE)
-        by_home = np.append(ARM.damping.level_gain * tilt(R_BE(q), level), np.zeros(3))
+        by_home = np.append(
+            ARM.damping.level_gain * orientation_error(R_BE(q), level), np.zeros(3)
+        )
         np.testing.assert_allclose(V_BE(q, home), by_home, rtol=0, atol=RATES)
 
 
@@ -269,7 +272,7 @@ def test_yaw_is_that_of_the_reach_and_what_the_hand_is_turned_beside_it(q, apart
 @given(command=COMMAND)
 def test_the_posture_does_not_move_the_hand(command):
     for q in regular_angles(5):
-        _, posture, _ = ARM.hand_and_posture_rates(q, command)
+        _, posture, _ = ARM.ee_and_posture_rates(q, command)
         assert np.linalg.norm(posture) > 1e-3
         np.testing.assert_allclose(V_BE(q, posture), 0.0, rtol=0, atol=RATES)
 
@@ -283,7 +286,7 @@ def test_the_elbow_comes_back_to_the_posture(angle, psi):
     start, far = ARM.ee_cylindrical(q), np.linalg.norm(q - posture)
     assert far > 0.2
     for _ in range(800):
-        _, rates, _ = ARM.hand_and_posture_rates(q, (0.0, 0.0, 0.0))
+        _, rates, _ = ARM.ee_and_posture_rates(q, (0.0, 0.0, 0.0))
         assert np.linalg.norm(rates) <= ARM.damping.posture_speed * (1 + SAME)
         now = q + 0.01 * np.array(ARM.rates(q, (0.0, 0.0, 0.0)))
         # Here, the first joint's place is told from the hand, which stays.
@@ -320,7 +323,7 @@ def test_rates_are_bounded_everywhere(command):
     length, threshold = BLIND.damping.length, BLIND.damping.threshold
     damped = 0
     for q in stretched():
-        hand, posture, near = BLIND.hand_and_posture_rates(q, command)
+        hand, posture, near = BLIND.ee_and_posture_rates(q, command)
         asked = np.hypot(command[0], command[2])
         hand[0] -= command[1]
         assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold
@@ -345,7 +348,7 @@ def test_rates_have_no_jump_where_damping_begins():
     elbow = STRETCHED + np.linspace(-0.4, 0.0, 4001)
     rates, near = [], []
     for q[3] in elbow:
-        hand, _, damped = BLIND.hand_and_posture_rates(q, (0.3, 0.2, 0.1))
+        hand, _, damped = BLIND.ee_and_posture_rates(q, (0.3, 0.2, 0.1))
         rates.append(hand)
         near.append(damped)
     assert 0 < sum(near) < len(near)

@@ -72,11 +72,11 @@ def test_names_bodies_and_limits_are_each_joints_own(kinds):
     straight, turned = (RobotModel(kind()) for kind in kinds)
     assert turned.arm_joints == straight.arm_joints
     assert turned.arm_bodies.keys() == straight.arm_bodies.keys()
-    limits = turned.limits
+    limits = turned.joint_limits
     for i, name in enumerate(turned.arm_joints):
         found = [limits.lower[i], limits.upper[i], limits.velocity[i]]
         assert found == declared(kinds[1]().urdf(), name)
-        assert limits.acceleration[i] == straight.limits.acceleration[i]
+        assert limits.acceleration[i] == straight.joint_limits.acceleration[i]
 
 
 @pytest.mark.parametrize("kinds", PAIRS.values(), ids=PAIRS)

@@ -15,9 +15,10 @@ from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import DampedInverse
-from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import ArmStatus, JointLimits
 from drake_mobman.arm.oriented_inverse import OrientedInverse, oriented_rates
+from drake_mobman.arm.pseudo_inverse import Damping
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
 
 from drake_mobman.arm.damped_inverse import rates_within_limits
-from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import ArmStatus, JointLimits
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS, oriented_rates
+from drake_mobman.arm.pseudo_inverse import Damping
 from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.robot_model import RobotModel

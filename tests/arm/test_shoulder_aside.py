@@ -12,7 +12,8 @@ import pytest
 
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
-from drake_mobman.console.session import Snapshot
+from drake_mobman.base.unsmoothed import Unsmoothed
+from drake_mobman.console.snapshot import Snapshot
 from drake_mobman.console.state import state
 from drake_mobman.parameters import checked
 from drake_mobman.robot_model import RobotModel
@@ -91,7 +92,7 @@ def random_run(seed, name, decomposer):
         robot=kind(shoulder_ahead=float(d), shoulder_aside=float(e)),
         start=Start(l=1.0, psi=float(rng.uniform(-0.6, 0.6)), theta=2.0),
         source=held_commands(rng, up=kind is Spatial),
-        smoother=Smoother(enabled=bool(seed % 2)),
+        smoother=Smoother() if seed % 2 else Unsmoothed(),
     )
     run = simulate(checked(scenario))
     assert run.died == ""

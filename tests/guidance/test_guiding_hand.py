@@ -16,9 +16,9 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer, LogVectorOutput
 
 from drake_mobman.guidance.guiding_hand import (
+    GraspForce,
     GuidingHand,
     Hand,
-    Pull,
     Release,
     Waypoint,
     hand_force,
@@ -268,7 +268,7 @@ def counted(function, calls):
 def test_force_is_renewed_at_the_period_and_held_in_between(monkeypatch):
     line = Hand(path=[Waypoint(0, 0, 0, 0), Waypoint(1, 0.2, 0, 0)])
     calls = []
-    monkeypatch.setattr(Pull, "_pull", counted(Pull._pull, calls))
+    monkeypatch.setattr(GraspForce, "_renew", counted(GraspForce._renew, calls))
     simulation, log = on_a_point_mass(line)
     simulation.AdvanceTo(1.0)
     data = log()
@@ -278,7 +278,7 @@ def test_force_is_renewed_at_the_period_and_held_in_between(monkeypatch):
     assert ticks == pytest.approx(np.round(ticks), abs=1e-9)
     assert len(changed) > 90
     # The plant makes 500 steps, and Python is asked for the force but once a period.
-    assert calls.count("_pull") == 100
+    assert calls.count("_renew") == 100
 
 
 @settings(max_examples=30)  # Of a simulation each.

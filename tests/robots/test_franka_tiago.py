@@ -149,7 +149,9 @@ def test_tee_gets_as_far_as_both_lengths_within_the_limits(robot):
     # what it is seen under from shoulder and wrist.
     q = np.array([0.3, -0.2, 1.0, *POSTURE])
     q[BASE_JOINTS + 3] = -np.arctan(0.0825 / 0.316) - np.arctan(0.0825 / 0.384)
-    assert robot.joint_limits.lower[3] < q[BASE_JOINTS + 3] < robot.joint_limits.upper[3]
+    assert (
+        robot.joint_limits.lower[3] < q[BASE_JOINTS + 3] < robot.joint_limits.upper[3]
+    )
     r_f = reduced_arm(robot.plant).r_f
     assert np.linalg.norm(p_ST(robot, q)) == pytest.approx(r_f, abs=SAME)
 

@@ -21,7 +21,7 @@ from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.live import NOBODY
 from drake_mobman.teleop.recorded import COMMANDS, header, write_samples
 
-MOBMAN = [sys.executable, "-m", "drake_mobman.cli.app"]
+MOBMAN = [sys.executable, "-m", "drake_mobman"]
 QUICK = ["--no-figures", "--set", "duration=0.3"]
 ROOT = os.geteuid() == 0
 
@@ -485,7 +485,7 @@ def limited(size, *arguments, cwd):
     code = (
         "import resource\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))\n"
-        "from drake_mobman.cli.app import main; main()"
+        "from drake_mobman.__main__ import main; main()"
     )
     return subprocess.run(
         [sys.executable, "-c", code, *arguments],

@@ -23,9 +23,9 @@ from drake_mobman.teleop.gate import GateStatus
 from drake_mobman.teleop.guard import Guard
 from drake_mobman.teleop.led_hand import (
     LedHand,
+    commanded_velocity,
     drag_velocity,
-    led_velocity,
-    on_a_leash,
+    within_distance,
 )
 from drake_mobman.teleop.live import NOBODY, OperatorSample
 from drake_mobman.teleop.stop_ramp import StopRamp, next_share
@@ -148,14 +148,14 @@ POINTS = st.lists(st.floats(-2, 2), min_size=3, max_size=3)
 
 def test_hand_goes_along_across_and_up_as_worked_out_by_hand():
     # The base looks along y, the arm to its right, along x: across it is along y.
-    workspace, theta = (0.5, -math.pi / 2, 0.3), math.pi / 2
-    v_WH = led_velocity((0.3, 0.4, 0.1), workspace, theta)
+    ee_cylindrical, theta = (0.5, -math.pi / 2, 0.3), math.pi / 2
+    v_WH = commanded_velocity((0.3, 0.4, 0.1), ee_cylindrical, theta)
     np.testing.assert_allclose(v_WH, [0.3, 0.2, 0.1], atol=1e-15)
 
 
 @given(hand=POINTS, tool=POINTS, most=st.floats(0.01, 1.0))
 def test_leash_keeps_the_hand_near_and_its_direction(hand, tool, most):
-    held_back = np.array(on_a_leash(hand, tool, most))
+    held_back = np.array(within_distance(hand, tool, most))
     away, before = held_back - tool, np.array(hand) - tool
     assert np.linalg.norm(away) <= most * (1 + 1e-9)
     if np.linalg.norm(before) <= most:
