@@ -43,12 +43,7 @@ def make_guided_diagram(
         - base_command
         - field_zone
         - base_command_smoothed
-        - base_pose
-        - base_velocity
-        - arm_position
-        - arm_velocity
-        - ee_cylindrical
-        - p_BT
+        - (all of the robot, but for robot_state)
 
     Args:
         scenario: checked, as `load_scenario` returns it.

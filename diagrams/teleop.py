@@ -71,12 +71,7 @@ def make_teleop_diagram(
         - base_command_smoothed
         - arm_velocity_command
         - arm_status
-        - base_pose
-        - base_velocity
-        - arm_position
-        - arm_velocity
-        - ee_cylindrical
-        - p_BT
+        - (all of the robot, but for robot_state)
 
     Args:
         scenario: checked, as `load_scenario` returns it.

@@ -40,10 +40,11 @@ def scalar_block(definition: type[B]) -> type[B]:
             types only, its attribute `scalars` lists them, float first.
 
     Returns:
-        The block for float, with the definition's name, signature and docstring.
+        The block for float, with the definition's name, signature and docstring; with
+        an `__init__` of another class, that one's docstring is there too.
     """
     name, module = definition.__name__, definition.__module__
-    own = _members(definition)
+    own = _members(definition) | {"__doc__": _documentation(definition)}
     scalars = own.get("scalars")
     construct: Callable[..., None] = definition.__init__
 
@@ -84,6 +85,17 @@ def _members(definition: type) -> dict[str, Any]:
         if issubclass(each, LeafSystem) and each not in LeafSystem.__mro__:
             own |= {key: x for key, x in vars(each).items() if key not in _OWN}
     return own
+
+
+def _documentation(definition: type) -> str:
+    """Returns a class's docstring, with that of the class that has its `__init__`."""
+    own = inspect.cleandoc(definition.__doc__ or "")
+    owner = next(each for each in definition.__mro__ if "__init__" in vars(each))
+    if owner is definition:
+        return own
+    _, _, rest = inspect.cleandoc(owner.__doc__ or "").partition("\n\n")
+    rest = rest.replace(f"name: {owner.__name__}", f"name: {definition.__name__}")
+    return f"{own}\n\n{rest}"
 
 
 def _without_self(method: Callable[..., None]) -> inspect.Signature:

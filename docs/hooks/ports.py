@@ -27,7 +27,9 @@ class Ports(Extension):
 def _listed(found: re.Match[str]) -> str:
     """Returns the ports of a system as Markdown."""
     parts: list[str] = []
-    for line in map(str.strip, found[1].splitlines()):
+    # A list may stand in brackets: `input_ports: [a, b]`.
+    text = re.sub(r"_ports: \[([^]]*)\]", _in_lines, found[1])
+    for line in map(str.strip, text.splitlines()):
         if line.endswith("_ports:"):
             parts += ["", f"**{line[:-7].capitalize()} ports**", ""]
         elif line.startswith("- "):
@@ -36,3 +38,9 @@ def _listed(found: re.Match[str]) -> str:
         elif parts and line and not line.startswith("name:"):
             parts[-1] += f" {line}"
     return "\n".join(parts).strip("\n") + "\n\n"
+
+
+def _in_lines(found: re.Match[str]) -> str:
+    """Returns a list in brackets as one of lines."""
+    names = found[1].replace("\n", " ").split(",")
+    return "_ports:\n" + "\n".join(f"- {name.strip()}" for name in names)

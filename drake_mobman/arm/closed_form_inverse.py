@@ -60,12 +60,8 @@ class ClosedFormInverse(ArmInverse):
     .. pydrake_system::
 
         name: ClosedFormInverse
-        input_ports:
-        - arm_command
-        - arm_position
-        output_ports:
-        - arm_velocity_command
-        - arm_status
+        input_ports: [arm_command, arm_position]
+        output_ports: [arm_velocity_command, arm_status]
 
     Args:
         arm: the arm's kinematics, in closed form.

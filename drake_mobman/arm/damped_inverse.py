@@ -58,12 +58,8 @@ class DampedInverse(ArmInverse):
     .. pydrake_system::
 
         name: DampedInverse
-        input_ports:
-        - arm_command
-        - arm_position
-        output_ports:
-        - arm_velocity_command
-        - arm_status
+        input_ports: [arm_command, arm_position]
+        output_ports: [arm_velocity_command, arm_status]
 
     Args:
         arm: the arm's kinematics.

@@ -81,15 +81,9 @@ class OrientedInverse(ArmInverse):
     .. pydrake_system::
 
         name: OrientedInverse
-        input_ports:
-        - arm_command
-        - arm_position
-        - ee_command
-        - base_command_smoothed
-        - base_pose
-        output_ports:
-        - arm_velocity_command
-        - arm_status
+        input_ports: [arm_command, arm_position, ee_command, base_command_smoothed,
+                      base_pose]
+        output_ports: [arm_velocity_command, arm_status]
 
     The state is the desired yaw of E in W [rad], which at the start of a simulation is
     the yaw that it has. So the lag of the servos of base and arm is corrected. An end

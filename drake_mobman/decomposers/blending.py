@@ -45,37 +45,7 @@ class Blending:
 
 @scalar_block
 class BlendingDecomposer(ShareDecomposer):
-    """Authority passes smoothly between arm and base (Kwon, eqs. 14-16).
-
-    .. pydrake_system::
-
-        name: BlendingDecomposer
-        input_ports:
-        - ee_command
-        - ee_cylindrical
-        - arm_position
-        - base_command_smoothed
-        output_ports:
-        - base_command
-        - base_contribution
-        - arm_command
-
-    Args:
-        params: of the law.
-        workspace: that the arm is to keep; Kwon's unless given.
-        num_joints: of the arm.
-
-    Raises:
-        ParameterError: where a parameter is not valid.
-    """
-
-    def __init__(
-        self,
-        params: Blending,
-        workspace: WorkspaceLimits | None = None,
-        num_joints: int = 2,
-    ) -> None:
-        self.declare(params, workspace, num_joints)
+    """Authority passes smoothly between arm and base (Kwon, eqs. 14-16)."""
 
 
 BlendingDecomposer_ = BlendingDecomposer.template

@@ -90,12 +90,28 @@ class ShareDecomposer(LeafSystem):
     The base gets its share of `v_c`, taken as a projection on the reach, and of
     `omega_c`; the arm gets what is left of each, and all of `v_z` (Kwon, eq. 16 with
     base and arm as in Algorithm 1).
+
+    .. pydrake_system::
+
+        name: ShareDecomposer
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        output_ports: [base_command, base_contribution, arm_command]
+
+    Args:
+        params: of the law.
+        workspace: that the arm is to keep; Kwon's unless given.
+        num_joints: of the arm.
+
+    Raises:
+        ParameterError: where a parameter is not valid.
     """
 
-    def declare(
-        self, params: ShareParams, workspace: WorkspaceLimits | None, num_joints: int
+    def __init__(
+        self,
+        params: ShareParams,
+        workspace: WorkspaceLimits | None = None,
+        num_joints: int = 2,
     ) -> None:
-        """Takes parameters and declares the ports; see `BlendingDecomposer`."""
         self.params = checked(params)
         self.workspace = checked(workspace or WorkspaceLimits())
         declare_decomposer_ports(

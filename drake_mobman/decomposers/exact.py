@@ -212,16 +212,8 @@ class ExactDecomposer(CompensatedDecomposer):
     .. pydrake_system::
 
         name: ExactDecomposer
-        input_ports:
-        - ee_command
-        - ee_cylindrical
-        - arm_position
-        - base_command_smoothed
-        output_ports:
-        - base_command
-        - base_contribution
-        - arm_command
-        - decomposer_status
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     The arm makes up for what the base is sent, not for what it was to do: so smoothing
     costs the end effector nothing.

@@ -59,16 +59,8 @@ class FieldDecomposer(CompensatedDecomposer):
     .. pydrake_system::
 
         name: FieldDecomposer
-        input_ports:
-        - ee_command
-        - ee_cylindrical
-        - arm_position
-        - base_command_smoothed
-        output_ports:
-        - base_command
-        - base_contribution
-        - arm_command
-        - decomposer_status
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     Args:
         params: of the base controller.

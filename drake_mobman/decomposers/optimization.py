@@ -42,16 +42,8 @@ class OptimizationDecomposer(LeafSystem):
     .. pydrake_system::
 
         name: OptimizationDecomposer
-        input_ports:
-        - ee_command
-        - ee_cylindrical
-        - arm_position
-        - base_command_smoothed
-        output_ports:
-        - base_command
-        - base_contribution
-        - arm_command
-        - decomposer_status
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     It solves once a period. Where nothing is found, or an input is no number or an
     absurd one, what was last put out is braked to rest in its direction, within

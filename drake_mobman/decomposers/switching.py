@@ -50,37 +50,7 @@ class Switching:
 
 @scalar_block
 class SwitchingDecomposer(ShareDecomposer):
-    """The base moves outside the workspace, the arm inside (Kwon, eqs. 12, 13).
-
-    .. pydrake_system::
-
-        name: SwitchingDecomposer
-        input_ports:
-        - ee_command
-        - ee_cylindrical
-        - arm_position
-        - base_command_smoothed
-        output_ports:
-        - base_command
-        - base_contribution
-        - arm_command
-
-    Args:
-        params: of the law.
-        workspace: that the arm is to keep; Kwon's unless given.
-        num_joints: of the arm.
-
-    Raises:
-        ParameterError: where a parameter is not valid.
-    """
-
-    def __init__(
-        self,
-        params: Switching,
-        workspace: WorkspaceLimits | None = None,
-        num_joints: int = 2,
-    ) -> None:
-        self.declare(params, workspace, num_joints)
+    """The base moves outside the workspace, the arm inside (Kwon, eqs. 12, 13)."""
 
 
 SwitchingDecomposer_ = SwitchingDecomposer.template

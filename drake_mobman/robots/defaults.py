@@ -4,11 +4,6 @@ import dataclasses as dc
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-from drake_mobman.base.unsmoothed import Unsmoothed
-from drake_mobman.base.velocity_field import VelocityField
-from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.exact import Exact
-from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import (
     ANGLE,
     PLACE,
@@ -18,7 +13,7 @@ from drake_mobman.parameters import (
     checked,
     within,
 )
-from drake_mobman.robot_model import RobotDescription, WorkspaceLimits
+from drake_mobman.robot_model import RobotDescription
 
 T = TypeVar("T")
 
@@ -67,33 +62,3 @@ def default_member(brought: dict[type, Any], members: Sequence[type]) -> Any:
     """
     own_kinds = [kind for kind in brought if kind in members]
     return brought[own_kinds[0]] if own_kinds else members[0]()
-
-
-def two_links(
-    upper: float, lower: float, ahead: float, height: float, body: float = 0.3
-) -> list[Any]:
-    """Returns what fits an arm of two links on a base: Kwon's table 1, to scale.
-
-    His arm is 2 m long and works from 0.4 to 1.6 m.
-
-    Args:
-        upper: from shoulder to elbow [m].
-        lower: from elbow to wrist or tip [m].
-        ahead: of the shoulder from the base's centre [m].
-        height: of the shoulder above the floor [m].
-        body: what the field keeps the hand off, b_d [m].
-    """
-    nearest, room = abs(upper - lower), upper + lower - abs(upper - lower)
-    l = nearest + 0.5 * room
-    l_min, l_max = nearest + 0.2 * room, nearest + 0.8 * room
-    sharpness = 42.0 / room
-    return [
-        Start(l=l),
-        WorkspaceLimits(l_min=l_min, l_max=l_max),
-        Unsmoothed(),  # As in the paper.
-        Exact(alpha=sharpness),
-        Blending(alpha=sharpness),
-        # The base comes along from l_max on.
-        VelocityField(Delta_f=upper + lower - l_max, b_d=body),
-        Hand(path=[Waypoint(x=ahead + l, z=height)]),
-    ]

@@ -41,14 +41,8 @@ class KinematicRobot(LeafSystem):
     .. pydrake_system::
 
         name: KinematicRobot
-        input_ports:
-        - base_command_smoothed
-        - arm_velocity_command
-        output_ports:
-        - base_pose
-        - base_velocity
-        - arm_position
-        - arm_velocity
+        input_ports: [base_command_smoothed, arm_velocity_command]
+        output_ports: [base_pose, base_velocity, arm_position, arm_velocity]
 
     Args:
         start: positions at the start (3 + n,): x, y [m] and theta [rad] of the base,
@@ -125,16 +119,9 @@ def make_kinematic_robot(setup: RobotSetup, start: list[float]) -> Diagram:
     .. pydrake_system::
 
         name: robot
-        input_ports:
-        - base_command_smoothed
-        - arm_velocity_command
-        output_ports:
-        - base_pose
-        - base_velocity
-        - arm_position
-        - arm_velocity
-        - ee_cylindrical
-        - p_BT
+        input_ports: [base_command_smoothed, arm_velocity_command]
+        output_ports: [base_pose, base_velocity, arm_position, arm_velocity,
+                       ee_cylindrical, p_BT]
 
     Args:
         setup: of the robot.

@@ -148,18 +148,9 @@ def make_driven_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Di
     .. pydrake_system::
 
         name: robot
-        input_ports:
-        - base_command_smoothed
-        - arm_velocity_command
-        - spatial_forces
-        output_ports:
-        - base_pose
-        - base_velocity
-        - arm_position
-        - arm_velocity
-        - ee_cylindrical
-        - p_BT
-        - robot_state
+        input_ports: [base_command_smoothed, arm_velocity_command, spatial_forces]
+        output_ports: [base_pose, base_velocity, arm_position, arm_velocity,
+                       ee_cylindrical, p_BT, robot_state]
 
     Commands are sampled each period and held in between, as a robot's own bus does it;
     nothing outside is evaluated at the plant's steps.
