@@ -398,23 +398,19 @@ def test_every_block_says_what_it_takes(block, arguments):
     assert f"name: {block.__name__}\n" in block.__doc__
 
 
-@pytest.mark.parametrize(
-    "made", [lambda: Gain(3.0, 0.5), lambda: Gain(3.0, offset=0.5)]
-)
-@pytest.mark.parametrize("scalar", [float, AutoDiffXd, Expression])
+VALUE = {AutoDiffXd: AutoDiffXd.value, Expression: Expression.Evaluate}
+
+
+@pytest.mark.parametrize("made", [Gain(3.0, 0.5), Gain(3.0, offset=0.5)])
+@pytest.mark.parametrize("scalar", VALUE)
 def test_a_conversion_is_built_with_the_same_arguments(made, scalar):
-    block = made().ToScalarType[scalar]()
+    block = made.ToScalarType[scalar]()
     assert type(block) is Gain.template[scalar]
     assert block.scalar is scalar
     assert (block.k, block.offset) == (3.0, 0.5)
     context = block.CreateDefaultContext()
     block.get_input_port().FixValue(context, [scalar(2.0)])
     (y,) = block.GetOutputPort("y").Eval(context)
-    value = {
-        float: float,
-        AutoDiffXd: AutoDiffXd.value,
-        Expression: Expression.Evaluate,
-    }
     assert VALUE[scalar](y) == 6.5
 
 
