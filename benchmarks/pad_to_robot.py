@@ -9,6 +9,7 @@ memory. The 3D view is drawn in software. It takes Chromium, and the extra `test
 """
 
 import argparse
+import dataclasses as dc
 import json
 import re
 import shutil
@@ -23,10 +24,12 @@ from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import sync_playwright
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_mobman.console import session as session_module
-from drake_mobman.console.server import Server, listening
+from drake_mobman.console.addresses import listening
+from drake_mobman.console.server import Server
 from drake_mobman.console.session import LiveSession
+from drake_mobman.decomposers.blending import Blending
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 
@@ -66,21 +69,54 @@ def middle_of_pad(page):
 # --- Latency -------------------------------------------------------------------------
 
 
+class Clock(LeafSystem):
+    """Notes after each tick when it was [s], and what came of the operator's v_c."""
+
+    def __init__(self, ticks):
+        super().__init__()
+        arm = self.DeclareVectorInputPort("arm_command", 3)
+        base = self.DeclareVectorInputPort("base_contribution", 2)
+
+        def note(context):
+            v_c = arm.Eval(context)[0] + base.Eval(context)[0]  # v_m + v_bm.
+            ticks.append((time.time(), v_c))
+
+        self.DeclarePerStepPublishEvent(note)
+
+
+@dc.dataclass
+class Watched(Blending):
+    """Blending, with a clock at its outputs."""
+
+    def __post_init__(self):
+        self.ticks = []
+
+    def build(self, setup):
+        """Returns the block and the clock in a diagram, with the block's ports."""
+        builder = DiagramBuilder()
+        block = builder.AddSystem(super().build(setup))
+        clock = builder.AddSystem(Clock(self.ticks))
+        for i in range(block.num_input_ports()):
+            port = block.get_input_port(i)
+            builder.ExportInput(port, port.get_name())
+        for i in range(block.num_output_ports()):
+            port = block.get_output_port(i)
+            builder.ExportOutput(port, port.get_name())
+            if clock.HasInputPort(port.get_name()):
+                builder.Connect(port, clock.GetInputPort(port.get_name()))
+        return builder.Build()
+
+
 def latencies_and_stops():
     """Returns the times [s] from the pad's events to the robot's commanded velocity.
 
     And those from when the page freezes until the robot is at rest.
     """
-    ticks = []
-
-    def noting(diagram, context):
-        arm = diagram.GetOutputPort("arm_command").Eval(context)
-        base = diagram.GetOutputPort("base_contribution").Eval(context)
-        ticks.append((time.time(), arm[0] + base[0]))  # v_m + v_bm is v_c.
-
-    session_module.check_finite = noting  # It is called after each tick.
     # What has no smoother stops at once; here the base has to brake.
-    _, scenario = load_scenario("kwon_arbitrary", ["smoother.enabled=true"])
+    scenario = load_scenario("kwon_arbitrary", ["smoother=smoother"])
+    watched = Watched(**vars(scenario.decomposer))
+    scenario = dc.replace(scenario, decomposer=watched)
+    ticks = watched.ticks
     with LiveSession(scenario) as session:
         server = Server("kwon_arbitrary", session, listening(port=0))
         thread = threading.Thread(target=server.run)
@@ -173,7 +209,7 @@ def lasts(name, minutes):
     """Drives by the command line and a scripted browser, and prints how it went."""
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent) / name
-        command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive", name]
+        command = [sys.executable, "-u", "-m", "drake_mobman", "drive", name]
         process = subprocess.Popen(
             [*command, "--port", "0", "--record", str(folder)],
             stdout=subprocess.PIPE,
@@ -190,7 +226,7 @@ def lasts(name, minutes):
         process.wait()
         numbers = json.loads((folder / "metrics.json").read_text())
         kept = np.load(folder / "log.npz")
-        scenario = load_scenario(str(folder / "scenario.yaml"))[1]
+        scenario = load_scenario(str(folder / "scenario.yaml"))
         run = simulate(scenario)
         intact = all(kept[k].tobytes() == x.tobytes() for k, x in run.log.items())
     ticks = 1e3 * scenario.period / np.array(ratios)

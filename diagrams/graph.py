@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram, InputPortIndex
 
-from drake_mobman.simulation.output_folder import new_file
+from drake_mobman.files import new_file
 
 
 class GraphError(OSError):

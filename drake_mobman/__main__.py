@@ -1,4 +1,4 @@
-"""The command `mobman`, from its first import to its last word."""
+"""The command `mobman`: its process, before and after what a command does."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ from drake_mobman.output import Output, text_on
 
 
 def main() -> None:
-    """Runs the command line; says so where it was interrupted, or not listened to."""
+    """Runs the command line; prints a line if it was interrupted."""
     signal.signal(signal.SIGINT, interrupt)
     try:
         run()
@@ -21,10 +21,10 @@ def main() -> None:
 
 
 def interrupt(*_: object) -> NoReturn:
-    """Ends what Ctrl-C is to end: at once, while there is nothing that could be lost.
+    """Ends the process on Ctrl-C: at once, while nothing could be lost.
 
-    Drake's modules, interrupted while they are loaded, take that for their own error,
-    or go on. The diagrams are loaded after all of them, and before anything is run.
+    Drake's modules, interrupted while they are imported, raise an error of their own or
+    go on. The diagrams are imported after all of them, before anything is run.
     """
     if hasattr(sys.modules.get("drake_mobman.diagrams"), "make_diagram"):
         raise KeyboardInterrupt
@@ -34,35 +34,35 @@ def interrupt(*_: object) -> NoReturn:
 
 
 def run() -> None:
-    """Runs the command line on outputs that may go away."""
+    """Runs the command line on outputs that may fail."""
     if sys.stderr is not None:
         sys.stderr = text_on(Output(2, "w", closefd=False), sys.stderr)
     if sys.stdout is None:
-        # The next file to be opened would get what Drake's solvers have to say.
+        # The next file to be opened would get what Drake's solvers print.
         say("the standard output is closed; must be open, if only to /dev/null")
         sys.exit(BAD_INPUT)
     output = Output(1, "w", closefd=False)
     sys.stdout = text_on(output, sys.stdout)
     try:
-        os.getcwd()  # Drake wants to know, whatever it is asked for.
+        os.getcwd()  # Drake needs one, whatever it does.
     except OSError as error:
         say(f"the working folder is gone: {error.strerror}")
         sys.exit(BAD_INPUT)
 
-    from drake_mobman.cli.app import app  # noqa: PLC0415 - After all there is to set up.
+    from drake_mobman.cli.app import app  # noqa: PLC0415 - After the outputs are set up.
 
     try:
         app(prog_name="mobman")
     except SystemExit as end:
         sys.stdout.flush()
-        if output.lost:
-            say(f"the standard output was not taken: {output.lost}")
+        if output.error:
+            say(f"cannot write to the standard output: {output.error}")
             sys.exit(end.code or DIED)
         raise
 
 
 def say(message: str) -> None:
-    """Prints one line to the standard error, without what is yet to be imported."""
+    """Prints one line to the standard error, with nothing imported for it."""
     if sys.stderr is not None:
         sys.stderr.write(f"mobman: {message}\n")
 

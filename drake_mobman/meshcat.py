@@ -1,7 +1,7 @@
-"""Meshcat, seen by nobody, or by who was told where it is.
+"""Meshcat that nobody, or only this machine, can reach.
 
-Meshcat asks nobody who they are: any web site that is open in a browser of this machine
-may look into its port, press its buttons, or end it by a frame that it cannot read.
+Meshcat has no login: any web site that is open in a browser of this machine can connect
+to its port, press its buttons, or end it with a frame that it cannot read.
 """
 
 import logging
@@ -13,10 +13,10 @@ import stat
 from pydrake.geometry import Meshcat, MeshcatParams
 
 
-def unguessed_host() -> str:
-    """Returns an address of this machine that no web page comes upon by trying.
+def random_loopback_host() -> str:
+    """Returns an address of this machine that no web page finds by trying.
 
-    One in 127/8 that is drawn by lot, or 127.0.0.1 where the system has no other.
+    A random one in 127/8, or 127.0.0.1 where the system has no other.
     """
     host = ".".join(["127", *(str(1 + secrets.randbelow(254)) for _ in range(3))])
     with socket.socket() as probe:
@@ -28,36 +28,36 @@ def unguessed_host() -> str:
 
 
 def local_meshcat(host: str, port: int = 0) -> Meshcat:
-    """Returns a Meshcat that is served to this machine alone, without a word of it.
+    """Returns a Meshcat that is served to this machine alone, and prints nothing.
 
     Args:
         host: a loopback address.
-        port: 0 for any that is free.
+        port: port to serve at; 0 picks a free one.
 
     Raises:
-        RuntimeError: where the port cannot be had.
+        RuntimeError: where the port is not available.
     """
     logging.getLogger("drake").setLevel(logging.WARNING)
     return Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=False))
 
 
-def sealed_meshcat() -> Meshcat:
-    """Returns a Meshcat that nobody can reach: it draws, and tells what it has drawn.
+def offline_meshcat() -> Meshcat:
+    """Returns a Meshcat without a server, whose drawing can be saved as a page.
 
-    It cannot be made without a port. That is closed before it could be found.
+    Meshcat always opens a port. It is closed here before anyone could find it.
 
     Raises:
         RuntimeError: where there is no such port, or it cannot be closed.
     """
-    meshcat = local_meshcat(unguessed_host())
+    meshcat = local_meshcat(random_loopback_host())
     files = map(int, os.listdir("/dev/fd"))
-    doors = [number for number in files if _listens(number, meshcat.port())]
-    for number in doors:
-        # The number stays in use until Meshcat closes it, or it would close the file
-        # of somebody else.
+    listeners = [number for number in files if _listens(number, meshcat.port())]
+    for number in listeners:
+        # The number stays in use until Meshcat closes it, or it would close another
+        # file that has got the same number.
         with open(os.devnull, "rb") as nothing:
             os.dup2(nothing.fileno(), number, inheritable=False)
-    if not doors:
+    if not listeners:
         raise RuntimeError("Meshcat's port cannot be closed")
     return meshcat
 
@@ -68,9 +68,9 @@ def _listens(number: int, port: int) -> bool:
         if not stat.S_ISSOCK(os.fstat(number).st_mode):
             return False
     except OSError:
-        return False  # It has been closed meanwhile.
-    with socket.socket(fileno=os.dup(number)) as place:
-        if place.family not in {socket.AF_INET, socket.AF_INET6}:
+        return False  # It was closed in the meantime.
+    with socket.socket(fileno=os.dup(number)) as listener:
+        if listener.family not in {socket.AF_INET, socket.AF_INET6}:
             return False
-        listens = place.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
-        return bool(listens) and place.getsockname()[1] == port
+        listens = listener.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
+        return bool(listens) and listener.getsockname()[1] == port

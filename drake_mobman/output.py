@@ -1,4 +1,4 @@
-"""What a process writes to: a full disk, or a reader who has left, ends no work."""
+"""Output streams of a process: a full disk or a reader who has left ends no work."""
 
 import io
 import os
@@ -6,22 +6,22 @@ from typing import Any, TextIO
 
 
 class Output(io.FileIO):
-    """A stream to the outside that is let go of at the first write it refuses.
+    """An output stream that is given up after the first write that fails.
 
-    All after that goes nowhere, also of what is written past Python.
+    Whatever is written after that is dropped, also what Drake writes by itself.
 
     Attributes:
-        lost: why it was let go of; empty if it was not.
+        error: why it was given up; empty if it was not.
     """
 
-    lost = ""
+    error = ""
 
     def write(self, data: Any) -> int:
-        """Writes data, to nowhere if need be."""
+        """Writes data, or drops it."""
         try:
             return super().write(data)
         except OSError as error:
-            self.lost = error.strerror or str(error)
+            self.error = error.strerror or str(error)
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
@@ -29,9 +29,9 @@ class Output(io.FileIO):
 
 
 def text_on(output: Output, like: TextIO) -> TextIO:
-    """Returns a stream of text that takes the place of another on an output.
+    """Returns a text stream on an output, to take the place of another.
 
-    What the other's encoding has no sign for is written as an escape.
+    Characters that the other's encoding does not have are written as escapes.
     """
     return io.TextIOWrapper(
         io.BufferedWriter(output),
@@ -41,7 +41,7 @@ def text_on(output: Output, like: TextIO) -> TextIO:
     )
 
 
-def refused(stream: TextIO) -> str:
-    """Returns why what a stream writes to was let go of; empty if it was not."""
+def write_error(stream: TextIO) -> str:
+    """Returns why a stream's output was given up; empty if it was not."""
     raw = getattr(getattr(stream, "buffer", None), "raw", None)
-    return raw.lost if isinstance(raw, Output) else ""
+    return raw.error if isinstance(raw, Output) else ""

@@ -70,6 +70,8 @@ SPEED = Range(1e-3, 10.0, "m/s")
 YAW_RATE = Range(1e-3, 20.0, "rad/s")
 ACCELERATION = Range(1e-3, 100.0, "m/s^2")
 YAW_ACCELERATION = Range(1e-3, 1e3, "rad/s^2")
+JERK = Range(1e-2, 1e4, "m/s^3")
+YAW_JERK = Range(1e-2, 1e5, "rad/s^3")
 PERIOD = Range(1e-4, 0.2, "s")
 """Of control: slower, nobody steers by it."""
 PAUSE = Range(0.0, 60.0, "s")

@@ -1,8 +1,7 @@
-"""What a terminal is shown: text, and nothing that it would obey.
+"""Text that is safe to print in a terminal.
 
-Names of files, paths that are asked for and reasons of errors come from elsewhere. A
-terminal takes some characters in them for commands: it may be told to change what has
-been printed before, its title, or the clipboard.
+File names, paths and error messages come from elsewhere, and a terminal takes some
+characters for commands: to change what was printed before, its title, or the clipboard.
 """
 
 import logging
@@ -10,10 +9,10 @@ import sys
 
 
 def visible(text: str) -> str:
-    r"""Returns text in one line, with each character that is not seen as an escape.
+    r"""Returns text in one line, with invisible characters written as escapes.
 
-    So are control characters, those that change the direction of writing, and bytes
-    that are no text: "\x1b[31m" for what would turn the terminal red.
+    These are control characters, those that change the direction of writing, and bytes
+    that are no text: "\x1b[31m" is printed where the terminal would turn red.
     """
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode() for c in text
@@ -21,7 +20,7 @@ def visible(text: str) -> str:
 
 
 class OneLine(logging.Formatter):
-    """A log record in one line; of an exception, what it says."""
+    """A log record in one line; of an exception, its message."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Returns the line."""
@@ -32,9 +31,9 @@ class OneLine(logging.Formatter):
 
 
 def log_in_lines() -> None:
-    """Has whatever libraries log from now on come to the terminal in single lines."""
+    """Makes libraries log to the terminal in single lines from now on."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(OneLine())
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
     for name in ("engineio.server", "socketio.server"):
-        logging.getLogger(name).handlers.clear()  # They bring their own.
+        logging.getLogger(name).handlers.clear()  # They have their own.

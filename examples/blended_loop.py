@@ -5,35 +5,31 @@ only, and all else here takes `AutoDiffXd`.
 """
 
 from drake_mobman.diagrams.wiring import build_and_export, connect_by_name, outputs
-from drake_mobman.robots.robot import make_robot
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+import drake_mobman as mm
 from drake_mobman import signals
-from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
-from drake_mobman.base.smoother import CommandSmoother, Smoother
-from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
-from drake_mobman.robot_model import RobotModel
-from drake_mobman.robots.planar import Planar
+from drake_mobman.base import Smoothing
 
 PERIOD = 0.01
 """h [s]: of control, and the robot's Euler step."""
 
 
-def make_blended_loop(blending: Blending, smoother: Smoother, l: float) -> Diagram:
-    """Returns the loop on the planar robot, with the hand `l` [m] straight ahead.
+def make_blended_loop(blending: mm.Blending, smoothing: Smoothing, l: float) -> Diagram:
+    """Returns the loop on the planar robot, its end effector `l` [m] straight ahead.
 
     Its input port is `ee_command`, its output ports are the signals. The discrete
     state is the command last sent, v [m/s] and omega [rad/s]; and x, y [m], theta
     [rad] of the base, then shoulder and elbow [rad].
     """
-    planar = Planar()
-    arm = planar.arm()
+    setup = mm.RobotSetup.of(mm.Planar(), PERIOD)
+    start = [0.0, 0.0, 0.0, *setup.arm.inverse((l, 0.0, 0.0))]
     builder = DiagramBuilder()
     blocks = {
-        "decomposer": BlendingDecomposer(blending),
-        "smoother": CommandSmoother(smoother, PERIOD),
-        "arm": ClosedFormInverse(arm, RobotModel(planar).limits, PERIOD),
-        "robot": make_robot(planar, [0, 0, 0, *arm.inverse((l, 0, 0))], PERIOD),
+        "decomposer": blending.build(setup),
+        "smoother": smoothing.build(setup),
+        "arm": mm.ClosedFormInverse(setup.arm, setup.joint_limits, PERIOD),
+        "robot": mm.Kinematic().build(setup, start),
     }
     systems = [builder.AddNamedSystem(*block) for block in blocks.items()]
     ports = outputs(systems)

@@ -26,12 +26,8 @@ import numpy as np
 from blended_loop import PERIOD, make_blended_loop
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
+import drake_mobman as mm
 from drake_mobman import signals
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.projection import Projection
-from drake_mobman.robot_model import WorkspaceLimits
-from drake_mobman.robots.planar import Planar
 
 V_C = 0.3
 """The command held [m/s], along the reach."""
@@ -40,9 +36,11 @@ STATE = ["v", "omega", "x", "y", "theta", "l", "psi"]
 INPUT = ["v_c", "omega_c"]
 
 
-def linearized(blending: Blending, smoother: Smoother, s: list[float]) -> np.ndarray:
+def linearized(
+    blending: mm.Blending, smoother: mm.Smoother, s: list[float]
+) -> np.ndarray:
     """Returns ds'/d(s, u) (7, 9) at `s`, by AutoDiffXd through the diagram."""
-    arm = Planar().arm()
+    arm = mm.RobotSetup.of(mm.Planar(), PERIOD).arm
     loop = make_blended_loop(blending, smoother, l=s[5]).ToAutoDiffXd()
     context = loop.CreateDefaultContext()
     z = InitializeAutoDiff(np.array([*s, V_C, 0.0])).ravel()
@@ -54,10 +52,12 @@ def linearized(blending: Blending, smoother: Smoother, s: list[float]) -> np.nda
     return ExtractGradient(np.array([*after.value(0), *after.value(1)[:3], l, psi]))
 
 
-def by_hand(blending: Blending, smoother: Smoother) -> tuple[list[float], np.ndarray]:
+def by_hand(
+    blending: mm.Blending, smoother: mm.Smoother
+) -> tuple[list[float], np.ndarray]:
     """Returns s at L_max, where the base drives its share, and the same matrix."""
     alpha, beta, a, h = blending.alpha, blending.beta, smoother.smoothing, PERIOD
-    limits, sigma = WorkspaceLimits(), Projection().sigma
+    limits, sigma = mm.WorkspaceLimits(), blending.projection.sigma
     ridge = math.exp(-((math.pi / 2 / sigma) ** 2))
     kappa, slope = 1 - ridge, -ridge * math.pi / sigma**2
     nu = 1 / (1 + math.exp(2 * beta * limits.psi_max))  # 0.5 tanh(-beta psi_max) + 0.5.
@@ -83,7 +83,7 @@ def table(matrix: np.ndarray, heads: list[str]) -> list[str]:
 
 def main() -> None:
     """Prints both, side by side, and their largest difference."""
-    blending, smoother = Blending(), Smoother()
+    blending, smoother = mm.Blending(), mm.Smoother()
     s, worked_out = by_hand(blending, smoother)
     found = linearized(blending, smoother, s)
     print("By AutoDiffXd through the diagram | by hand; a point is exactly zero\n")

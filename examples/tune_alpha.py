@@ -2,13 +2,14 @@
 
     python examples/tune_alpha.py
 
-The hand, 0.4 m inside L_max, is pushed out at v_c = 0.3 m/s for T = 6 s. The sharper
-the transition, the less the arm creeps past its limit, and the harder the base starts:
+The end effector starts 0.4 m inside L_max and is pushed out at v_c = 0.3 m/s for T =
+6 s. The sharper the transition, the less the arm creeps past its limit, and the harder
+the base starts:
 
     J(alpha) = mean((l - L_max)_+^2) / EXCESS^2 + mean(v_b_dot^2) / ACCELERATION^2
 
 alpha goes into its block as an AutoDiffXd, and J comes out as one with dJ/dalpha, which
-leads SNOPT down. In continuous time, without smoothing, J can be worked out by hand:
+takes SNOPT down. In continuous time, without smoothing, J can be worked out by hand:
 mu_dot is 2 alpha mu (1 - mu)^2 v_c, so v_b_dot^2 adds up to alpha v_c^3 / 6 as mu goes
 from 0 to 1; and with y = l - L_max, (1 + e^(2 alpha y)) dy = v_c dt.
 """
@@ -21,14 +22,12 @@ from pydrake.systems.analysis import Simulator_
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
+import drake_mobman as mm
 from drake_mobman import signals
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.decomposers.blending import Blending
-from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.scalars import Scalar, larger
 
 V_C, T = 0.3, 6.0  # The push [m/s], and how long it lasts [s].
-L_MAX = WorkspaceLimits().l_max
+L_MAX = mm.WorkspaceLimits().l_max
 START = L_MAX - 0.4  # Reach at the start [m].
 EXCESS = 0.1  # Past L_max [m], as bad as
 ACCELERATION = 0.1  # this of the base's command [m/s^2].
@@ -37,10 +36,8 @@ ACCELERATION = 0.1  # this of the base's command [m/s^2].
 def cost(alpha: Scalar) -> Scalar:
     """Returns J, and with it dJ/dalpha where `alpha` is an `AutoDiffXd`."""
     builder = DiagramBuilder()
-    blending = Blending(alpha=1.0 * alpha)  # A copy: the solver lends its own.
-    loop = builder.AddSystem(
-        make_blended_loop(blending, Smoother(enabled=False), START)
-    )
+    blending = mm.Blending(alpha=1.0 * alpha)  # A copy: the solver lends its own.
+    loop = builder.AddSystem(make_blended_loop(blending, mm.Unsmoothed(), START))
     push = builder.AddSystem(ConstantVectorSource([V_C, 0.0, 0.0]))
     builder.Connect(push.get_output_port(), loop.get_input_port())
     for name in (signals.EE_CYLINDRICAL, signals.BASE_COMMAND_SMOOTHED):

@@ -17,7 +17,7 @@ def wheel_names(tmp_path_factory):
     tree = folder / "tree"  # A copy: building leaves files behind.
     for name in ("drake_mobman", "diagrams", "scenarios"):
         shutil.copytree(ROOT / name, tree / name)
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, tree)
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps"]
     options = ["--no-build-isolation", "--wheel-dir", folder]

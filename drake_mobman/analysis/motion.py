@@ -1,11 +1,11 @@
-"""What the hand and the base truly did, worked out from a log.
+"""The true motion of the end effector, from a run's log.
 
-By forward kinematics of the robot's `MultibodyPlant`, and by nothing that a decomposer
-or a sensor goes by.
+It is worked out by forward kinematics of the robot's `MultibodyPlant`, and by no code
+that a decomposer or a sensor uses: an error in a law cannot hide itself here.
 """
 
 import dataclasses as dc
-from typing import cast
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,8 @@ from drake_mobman.guidance.guiding_hand import holds
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
 from drake_mobman.robots.end_effector import EndEffectorStates, ee_states
 from drake_mobman.robots.kinematic import Kinematic
-from drake_mobman.scenario import Guided
 from drake_mobman.simulation.log import Log
-from drake_mobman.simulation.simulate import Run
+from drake_mobman.simulation.run import Run
 
 _ON_AXIS = 1e-6
 """Reach below which its direction is lost in rounding [m]."""
@@ -24,7 +23,7 @@ _ON_AXIS = 1e-6
 
 @dc.dataclass(frozen=True)
 class EndEffectorMotion:
-    """The hand's motion in W at each of N samples, in the plane.
+    """The end effector's motion in W at each of N samples, in the plane.
 
     Radial is along the reach S->E, tangential across it, to the left.
     """
@@ -32,21 +31,22 @@ class EndEffectorMotion:
     position: np.ndarray  # x, y of E in W (N, 2) [m].
     axes: np.ndarray  # Angle of the reach in W (N,) [rad].
     reach: np.ndarray  # l (N,) [m].
-    psi: np.ndarray  # The same angle in B, on from turn to turn (N,) [rad].
+    psi: np.ndarray  # Angle of the reach in B, counting whole turns (N,) [rad].
     velocity: np.ndarray  # True velocity: radial, tangential (N, 2) [m/s].
     rise: np.ndarray  # True velocity upwards (N,) [m/s].
-    commanded: np.ndarray  # Commanded from then on: v_c, l omega_c (N, 2) [m/s].
-    in_force: np.ndarray  # Commanded of the velocity that is there (N, 2) [m/s].
+    commanded: np.ndarray  # Command from this sample on: v_c, l omega_c (N, 2) [m/s].
+    in_force: np.ndarray  # Command that `velocity` is to follow (N, 2) [m/s].
 
     @property
     def error(self) -> np.ndarray:
-        """Returns the true velocity less the one commanded of it (N, 2) [m/s]."""
+        """Returns the true velocity less the commanded one (N, 2) [m/s]."""
         return self.velocity - self.in_force
 
-    def led(self, period: float) -> np.ndarray:
-        """Returns x, y in W (N, 2) [m] of where the commanded velocity leads E.
+    def commanded_path(self, period: float) -> np.ndarray:
+        """Returns x, y in W (N, 2) [m] of the path that the commands alone would make.
 
-        It is integrated from the start by Euler steps [s], as the robot is.
+        They are integrated from the start by Euler steps of `period` [s], as the
+        kinematic robot is.
         """
         radial, tangential = self.commanded.T
         c, s = np.cos(self.axes), np.sin(self.axes)
@@ -55,36 +55,37 @@ class EndEffectorMotion:
         return np.cumsum(steps, axis=0)
 
     def drift(self, period: float) -> np.ndarray:
-        """Returns how far E is from where the commanded velocity leads (N,) [m]."""
-        return np.linalg.norm(self.position - self.led(period), axis=1)
+        """Returns the distance of E from `commanded_path` (N,) [m]."""
+        return np.linalg.norm(self.position - self.commanded_path(period), axis=1)
 
 
 def holding(run: Run) -> np.ndarray:
-    """Returns whether the force logged is that of a hand that holds the tool (N,).
+    """Returns whether the hand of a guided run holds the tool (N,).
 
-    It is the force of the control tick before. An operator's hand holds the tool unless
-    it drags another point.
+    As the logged force does, this refers to the control tick before. An operator's hand
+    holds the tool unless it drags another point of the arm.
     """
     if signals.DRAG in run.log:
         dragged = run.log[signals.DRAG][:, 0] != 0
         return ~np.append(False, dragged[:-1])
     ticks = run.log["time"] - run.scenario.period / 2
-    releases = cast(Guided, run.scenario).hand.releases
+    scenario: Any = run.scenario  # Of a kind that has a hand.
+    releases = scenario.hand.releases
     return np.array([holds(time, releases) for time in ticks])
 
 
 def ee_motion(run: Run, model: RobotModel | None = None) -> EndEffectorMotion:
-    """Returns the hand's motion in a run; not commanded, it is commanded to rest.
+    """Returns the end effector's motion in a run; without commands, it is to rest.
 
-    At fidelity `Kinematic` the hand has at once the velocity that it is commanded. With
-    masses, the one that it has at a tick is what the command of the tick before, held
-    until then, has made of it.
+    At fidelity `Kinematic` the end effector has the commanded velocity at once. With
+    masses, its velocity at a tick is what the command of the tick before, held until
+    then, has made of it.
 
     Args:
         run: whose log has a sample or more.
-        model: of its robot, where there is one already.
+        model: of its robot, if not the run's own.
     """
-    log, model = run.log, model or RobotModel(run.scenario.robot)
+    log, model = run.log, model or run.model
     kinematic = isinstance(run.scenario.fidelity, Kinematic)
     if kinematic:
         states, velocity = _mean_motion(model, log, run.scenario.period)
@@ -109,9 +110,9 @@ def ee_motion(run: Run, model: RobotModel | None = None) -> EndEffectorMotion:
 def _instant_motion(
     model: RobotModel, log: Log
 ) -> tuple[EndEffectorStates, np.ndarray]:
-    """Returns the hand's states and its velocity of the instant (N, 3) [m/s].
+    """Returns the end effector's states, and its velocity at each instant.
 
-    Radial, tangential and up.
+    The velocity is radial, tangential and up (N, 3) [m/s].
     """
     states = ee_states(model, _positions(log), _rates(log))
     return states, _along(states.v_WE, _polar(states)[1])
@@ -120,11 +121,11 @@ def _instant_motion(
 def _mean_motion(
     model: RobotModel, log: Log, period: float
 ) -> tuple[EndEffectorStates, np.ndarray]:
-    """Returns the same for joints that go straight for a whole Euler step.
+    """Returns the same for joints that move at a constant rate for an Euler step.
 
-    Where they end is told, and not how they go: so what the arm makes of the velocity
-    is a mean over the step, in the coordinates that it is commanded in, with the base
-    where it finds it. What the base makes is of the instant, the arm at rest on it.
+    The arm is given where its step ends, not how it gets there. So its part of the
+    velocity is the mean over the step, in the coordinates of the command, with the base
+    standing still. The base's part is that of the instant, with the arm at rest on it.
     """
     q, v = _positions(log), _rates(log)
     by_arm, by_base = v.copy(), v.copy()
@@ -133,7 +134,7 @@ def _mean_motion(
     after = ee_states(model, q + period * by_arm)
     reach, axes = _polar(states)
     reach_after, axes_after = _polar(after)
-    # On the shoulder's axis it points nowhere: there it keeps its direction.
+    # On the shoulder's axis the reach has no direction: it keeps the last one.
     turn = np.where(reach_after < _ON_AXIS, 0.0, axes_after - axes)
     turn = np.arctan2(np.sin(turn), np.cos(turn))
     rise = after.p_WE[:, 2] - states.p_WE[:, 2]
@@ -147,7 +148,7 @@ def _positions(log: Log) -> np.ndarray:
 
 
 def _rates(log: Log) -> np.ndarray:
-    """Returns the rates of these in W (N, 3 + n)."""
+    """Returns rates of base and arm in W (N, 3 + n)."""
     forward, sideways, omega = log[signals.BASE_VELOCITY].T
     theta = log[signals.BASE_POSE][:, 2]
     c, s = np.cos(theta), np.sin(theta)
@@ -177,19 +178,18 @@ def _along(v_W: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 
 def _psi(angle: np.ndarray, log: Log) -> np.ndarray:
-    """Returns angles (N,) [rad], on from turn to turn.
+    """Returns angles (N,) [rad], counting whole turns.
 
-    Which turn the first is in tell the joints alone: it is the one that is logged.
+    Only the joints know in which turn the first angle is: that is taken from the log.
     """
-    told = np.unwrap(angle)
-    turns = np.round((log[signals.EE_CYLINDRICAL][0, 1] - told[0]) / (2 * np.pi))
-    return told + 2 * np.pi * turns
+    unwrapped = np.unwrap(angle)
+    turns = np.round((log[signals.EE_CYLINDRICAL][0, 1] - unwrapped[0]) / (2 * np.pi))
+    return unwrapped + 2 * np.pi * turns
 
 
 def manipulability(run: Run) -> np.ndarray:
     """Returns sqrt(det(J J^T)) of T at each sample (N,)."""
-    log, model = run.log, RobotModel(run.scenario.robot)
-    q = _positions(log)
+    model, q = run.model, _positions(run.log)
     still = np.zeros(q.shape[1])
     values = []
     for sample in q:

@@ -6,6 +6,7 @@ A dataclass imported here is in scenarios, on the command line and in the consol
 from typing import TYPE_CHECKING
 
 from drake_mobman.base.controller import BaseControllerParams
+from drake_mobman.base.jerk_limited import JerkLimited
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.smoothing import SmoothingParams
 from drake_mobman.base.unsmoothed import Unsmoothed

@@ -34,6 +34,9 @@ from drake_mobman.parameters import (
 from drake_mobman.robot_model import Reach, RobotSetup
 from drake_mobman.scalars import Scalar, smoothstep, where
 
+LAWS = ("printed", "projected")
+"""The field as printed, or with v times cos(phi)."""
+
 
 class Zone(enum.IntFlag):
     """What the field asks of the base (fig. 1)."""
@@ -80,7 +83,7 @@ class VelocityField:
 
     def check(self) -> None:
         """Raises `ParameterError` unless gains, widths and angles make a field."""
-        one_of(self, "law", ("printed", "projected"))
+        one_of(self, "law", LAWS)
         within(self, GAIN, "K_f", "K_r")
         within(self, Range(0.0, YAW_RATE.high, "rad/s"), "K_omega")
         within(self, Range(1e-3, 10.0, "m"), "Delta_f", "Delta_r", "b_d")
@@ -110,6 +113,15 @@ class VelocityField:
             return v, omega, 0.0 * v
         zone = field_zone(p_BT, self, reach, joint)
         return v, omega, where(zone >= float(Zone.HELD), 1.0, 0.0 * v)
+
+    @property
+    def label(self) -> str:
+        """Returns its name among others, as on the console."""
+        return f"field, {self.law}"
+
+    def variants(self) -> list["VelocityField"]:
+        """Returns the same field by each law, of which an operator may choose one."""
+        return [dc.replace(self, law=law) for law in LAWS]
 
 
 def check_zones(params: VelocityField, reach: Reach) -> None:

@@ -1,1 +1,1 @@
-"""The operator's console: a live session, and what is shown of it."""
+"""The operator's console: a live simulation, driven and watched in a browser."""

@@ -1,6 +1,7 @@
-"""The edge: what the operator last said, and how old it is by the wall clock.
+"""The operator's last input, and its age by the wall clock.
 
-The age that the gate's watchdog looks at is measured here.
+It connects the threads of pages to the simulation's. The watchdog in the gate looks at
+the age that is measured here.
 """
 
 import dataclasses as dc
@@ -15,9 +16,9 @@ from drake_mobman.teleop.live import NOBODY, OperatorSample
 
 @dc.dataclass(frozen=True)
 class OperatorInput:
-    """A message of the operator; sent many times a second, changed or not.
+    """An operator's input; sent many times a second, changed or not.
 
-    Numbers may be anything: what is not finite or out of range is for the gate to stop.
+    Numbers may be anything: the gate stops those that are not finite or out of range.
     """
 
     sequence: int  # Counts up with each message of an operator.
@@ -25,80 +26,81 @@ class OperatorInput:
     omega_c: float = 0.0  # [rad/s].
     v_z: float = 0.0  # [m/s].
     dead_man: bool = False  # Whether it is held.
-    dragged: Dragged = NOTHING  # Which point of the arm is dragged, and whereto.
+    dragged: Dragged = NOTHING  # Which point of the arm is dragged, and where to.
 
 
 class Mailbox:
-    """Keeps the last word of the one operator; any thread may call.
+    """Keeps the latest input of the one operator; any thread may call.
 
-    The latest message wins; there is no queue, so that nothing is ever executed late.
-    One that comes out of order or late is dropped.
+    There is no queue, so no input is used late. An input that arrives out of order or
+    too late is dropped.
 
     Args:
-        late: latest that a message may be [s].
-        clock: the wall's [s].
+        max_latency: largest latency of an input [s].
+        clock: monotonic wall clock [s].
     """
 
     def __init__(
-        self, late: float = 0.25, clock: Callable[[], float] = time.monotonic
+        self, max_latency: float = 0.25, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self._late = late
+        self._max_latency = max_latency
         self._clock = clock
         self._lock = threading.Lock()
         self._choice = 0
         self._stop = False
-        self.forget()
-        self._gone = False  # Whether it is still to be told that nobody is there.
+        self.clear()
+        self._cleared = False  # Whether the next sample is still of nobody.
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Forgets the operator, as when another takes over.
 
-        The next sample tells of nobody, however soon another speaks.
+        The next sample is of nobody, even if another's input arrives before it.
         """
         with self._lock:
-            self._gone = True
-            self._said: OperatorInput | None = None
-            self._stamp = -math.inf  # When it was said, by our clock.
+            self._cleared = True
+            self._input: OperatorInput | None = None
+            self._sent_at = -math.inf  # By our clock.
 
-    def tell(self, said: OperatorInput, lateness: float = 0.0) -> bool:
-        """Takes a message; returns whether it counts, or was dropped.
+    def put(self, operator_input: OperatorInput, latency: float = 0.0) -> bool:
+        """Takes an input; returns whether it counts, or was dropped.
 
         Args:
-            said: by the operator.
-            lateness: how long ago that may have been, at most [s]; see `Lateness`.
+            operator_input: the operator's.
+            latency: its largest possible latency [s]; see `LatencyBound`.
         """
         with self._lock:
-            in_order = self._said is None or said.sequence > self._said.sequence
-            if not (in_order and lateness <= self._late):
+            last = self._input
+            in_order = last is None or operator_input.sequence > last.sequence
+            if not (in_order and latency <= self._max_latency):
                 return False
-            self._said, self._stamp = said, self._clock() - lateness
+            self._input, self._sent_at = operator_input, self._clock() - latency
             return True
 
     def stop(self) -> None:
-        """Asks for a stop; the next sample tells of it."""
+        """Requests a stop, which is in the next sample."""
         with self._lock:
             self._stop = True
 
     def choose(self, choice: int) -> None:
-        """Asks for the decomposer, or field, of this index."""
+        """Requests the controller of this index."""
         with self._lock:
             self._choice = choice
 
     def sample(self) -> OperatorSample:
-        """Returns what the operator says now; a stop is told once."""
+        """Returns the operator's input now; a stop is in one sample only."""
         with self._lock:
             stop, self._stop = float(self._stop), False
-            gone, self._gone = self._gone, False
-            said, choice = self._said, float(self._choice)
-            if said is None or gone:
+            cleared, self._cleared = self._cleared, False
+            last, choice = self._input, float(self._choice)
+            if last is None or cleared:
                 return NOBODY._replace(stop=stop, choice=choice)
             return OperatorSample(
-                v_c=said.v_c,
-                omega_c=said.omega_c,
-                v_z=said.v_z,
-                dead_man=float(said.dead_man),
-                age=max(0.0, self._clock() - self._stamp),
+                v_c=last.v_c,
+                omega_c=last.omega_c,
+                v_z=last.v_z,
+                dead_man=float(last.dead_man),
+                age=max(0.0, self._clock() - self._sent_at),
                 stop=stop,
                 choice=choice,
-                **said.dragged._asdict(),
+                **last.dragged._asdict(),
             )

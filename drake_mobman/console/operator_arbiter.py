@@ -1,47 +1,45 @@
-"""Whose word counts: one page operates, the others watch, and any may stop."""
+"""Which page operates: one drives, the others watch, and any may stop the robot."""
 
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from drake_mobman.console.lateness import Lateness
-from drake_mobman.console.messages import Ask, Rate, parsed
+from drake_mobman.console.latency import LatencyBound
+from drake_mobman.console.messages import ButtonPress, MessageRateLimit, parse_message
 from drake_mobman.console.session import LiveSession
 from drake_mobman.terminal import visible
 
-SILENT = 2.0
-"""After what silence another page may take the stick without being given it [s]."""
+IDLE_TIMEOUT = 2.0
+"""After this time without input, another page may take the stick without asking [s]."""
 
-
-LATE = 1.0
-"""How late a button may be that was pressed [s]; what comes later is not done."""
+MAX_PRESS_LATENCY = 1.0
+"""Largest latency of a button press [s]; a later one has no effect."""
 
 
 class Page:
     """A page that is open somewhere.
 
     Args:
-        clock: the wall's [s].
+        clock: monotonic wall clock [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.rate = Rate(clock)
-        self.lateness = Lateness(clock)
-        self.notice = ""  # What it is to be told, in one line.
+        self.rate_limit = MessageRateLimit(clock)
+        self.latency = LatencyBound(clock)
+        self.notice = ""  # Shown on the page, in one line.
 
 
 class OperatorArbiter:
-    """Hears all pages, and passes on to the session what counts.
+    """Receives the messages of all pages, and passes the operator's on to the session.
 
-    A page that comes alone operates; one that comes to others watches until it takes
-    the stick, which the operator has to hand over, or has not used for a while. With
-    each change the robot stops, and is to be armed again. All calls come from one
-    thread.
+    The first page operates. A page that opens later watches until it takes the stick,
+    which the operator has to hand over, or has not used for a while. At each change of
+    operator the robot stops, and must be armed again. All calls come from one thread.
 
     Args:
         session: that is driven.
-        new_folder: where the next recording goes.
-        clock: the wall's [s].
+        new_folder: returns the folder for the next recording.
+        clock: monotonic wall clock [s].
     """
 
     def __init__(
@@ -53,25 +51,25 @@ class OperatorArbiter:
         self._session = session
         self._new_folder = new_folder
         self._clock = clock
-        self._heard = clock()  # When the operator was.
+        self._last_input = clock()
         self._largest = session.scenario.guard.largest
         self.pages: list[Page] = []
         self.operator: Page | None = None
-        self.asked = False  # Whether another page wants the stick.
+        self.handover_requested = False  # Whether another page wants the stick.
 
     def join(self) -> Page:
         """Returns a page that has just been opened."""
         page = Page(self._clock)
         if not self.pages:
-            self._seat(page)
+            self._set_operator(page)
         self.pages.append(page)
         return page
 
     def leave(self, page: Page) -> None:
-        """Forgets a page that is gone; if it drove, the robot stops."""
+        """Removes a page that was closed; if it was the operator's, the robot stops."""
         self.pages.remove(page)
         if page is self.operator:
-            self._seat(None)
+            self._set_operator(None)
 
     def role(self, page: Page) -> str:
         """Returns who drives, as the page sees it: "you", "another" or "nobody"."""
@@ -79,50 +77,51 @@ class OperatorArbiter:
             return "nobody"
         return "you" if page is self.operator else "another"
 
-    def hear(self, page: Page, message: str | bytes) -> None:
-        """Takes in what a page says; what is not for it to say changes nothing.
+    def receive(self, page: Page, message: str | bytes) -> None:
+        """Takes in a page's message; one that the page may not send changes nothing.
 
         Raises:
-            MessageError: where no page of ours says such a thing, or so much.
+            MessageError: where no page of ours sends such a message, or so many.
         """
-        page.rate.count()
-        said, sent, ahead = parsed(message, self._largest, self._session.draggable)
-        late = page.lateness.of(sent, ahead)
-        if isinstance(said, Ask):
-            self._answer(page, said, late)
+        page.rate_limit.count()
+        parsed = parse_message(message, self._largest, self._session.draggable)
+        latency = page.latency.of(parsed.sent, parsed.offset)
+        if isinstance(parsed.content, ButtonPress):
+            self._handle(page, parsed.content, latency)
         elif page is self.operator:
-            self._heard = self._clock()
-            self._session.tell(said, late)
+            self._last_input = self._clock()
+            self._session.send(parsed.content, latency)
 
-    def _answer(self, page: Page, ask: Ask, late: float) -> None:
+    def _handle(self, page: Page, press: ButtonPress, latency: float) -> None:
         page.notice = ""
         operates = page is self.operator
-        if ask.what == "stop":  # However late.
+        if press.action == "stop":  # However late.
             self._session.stop("the operator" if operates else "a viewer")
-        elif late > LATE:
-            page.notice = "that came too late; press again"
-        elif ask.what == "take":
-            self._take(page)
+        elif latency > MAX_PRESS_LATENCY:
+            page.notice = "that arrived too late; press again"
+        elif press.action == "take":
+            self._take_stick(page)
         elif not operates:
-            page.notice = "only who drives may do that"
+            page.notice = "only the operator may do that"
         else:
-            self._obey(page, ask)
+            self._operate(page, press)
 
-    def _take(self, page: Page) -> None:
-        silent = self._clock() - self._heard > SILENT
+    def _take_stick(self, page: Page) -> None:
+        idle = self._clock() - self._last_input > IDLE_TIMEOUT
         if page is self.operator:
             return
-        if self.operator is None or silent:
-            self._seat(page)
+        if self.operator is None or idle:
+            self._set_operator(page)
         else:
-            self.asked = True
-            page.notice = "another page drives; it has been asked to hand over"
+            self.handover_requested = True
+            page.notice = "another page drives; it was asked to hand over"
 
-    def _obey(self, page: Page, ask: Ask) -> None:
+    def _operate(self, page: Page, press: ButtonPress) -> None:
+        """Does what only the operator may do."""
         try:
-            match ask.what:
+            match press.action:
                 case "hand_over":
-                    self._seat(None)
+                    self._set_operator(None)
                 case "reset":
                     self._session.reset()
                 case "record":
@@ -130,15 +129,17 @@ class OperatorArbiter:
                 case "end_record":
                     self._session.record(None)
                 case "choose":
-                    self._session.choose(ask.choice)
+                    self._session.choose(press.choice)
+                case other:
+                    raise AssertionError(f"nothing is done for {other!r}")
         except (OSError, ValueError) as error:
             page.notice = visible(" ".join(str(error).split()))
 
-    def _seat(self, page: Page | None) -> None:
+    def _set_operator(self, page: Page | None) -> None:
         """Makes a page the operator, or none; the robot stops."""
         self.operator = page
-        self.asked = False
+        self.handover_requested = False
         for other in self.pages:
             other.notice = ""
-        self._heard = self._clock()
-        self._session.hand_over()
+        self._last_input = self._clock()
+        self._session.release()

@@ -1,7 +1,7 @@
 """The console's page, laid out by NiceGUI.
 
-Elements have names that the scripts in `static/` know: these drive by what is done to
-them, and show what the session is doing.
+The scripts in `static/` find the elements by their class: they send what is done to
+them to the session, and show its state.
 """
 
 import json
@@ -13,8 +13,7 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from drake_mobman.console.plots import SPAN, plots
 from drake_mobman.console.session import LiveSession
-from drake_mobman.console.view import DRAGS
-from drake_mobman.scenario import AnyScenario
+from drake_mobman.console.view import CAN_DRAG
 from drake_mobman.terminal import visible
 
 _HEAD = '<link rel="stylesheet" href="/static/console.css">'
@@ -34,12 +33,12 @@ def add_page(name: str, session: LiveSession) -> None:
                 with _block("first"):
                     _view()
                     _controls(session)
-                _plots(session.scenario)
+                _plots(session)
 
 
 @contextmanager
 def _block(class_: str, tag: str = "div", **attributes: str) -> Iterator[ui.element]:
-    """Gives an element to put others in."""
+    """Opens an element that others are put in."""
     with _element(class_, tag, **attributes) as element:
         yield element
 
@@ -51,24 +50,26 @@ def _element(class_: str, tag: str = "div", **attributes: str) -> ui.element:
 
 
 def _text(class_: str, text: str = "", tag: str = "div", **attributes: str) -> None:
-    """Adds text, which is no markup whatever is in it: names come from elsewhere."""
+    """Adds plain text, never markup: names come from files and the command line."""
     with _block(class_, tag, **attributes):
         TextElement(tag="span", text=visible(text))
 
 
 def _markup(class_: str, html: str) -> None:
-    """Adds a text of ours that has tags in it."""
+    """Adds our own text, with HTML tags in it."""
     with _block(class_):
         ui.html(html, sanitize=False, tag="span")
 
 
-def _button(text: str, ask: str, title: str, **attributes: str) -> None:
-    """Adds a button that asks for something; see `messages.ASKS`."""
-    _text(f"button {ask}", text, "button", data_ask=ask, title=title, **attributes)
+def _button(text: str, action: str, title: str, **attributes: str) -> None:
+    """Adds a button that sends an action; see `messages.ACTIONS`."""
+    _text(
+        f"button {action}", text, "button", data_ask=action, title=title, **attributes
+    )
 
 
 def _bar(name: str) -> None:
-    """Adds what is seen and pressed first: how things are, and STOP."""
+    """Adds the bar on top: the status, and STOP."""
     with _block("bar"):
         with _block("says"):
             _text("status", "connecting ...", role="status")
@@ -85,31 +86,31 @@ def _bar(name: str) -> None:
 def _view() -> None:
     with _block("view"):
         _element("scene", "iframe", src="/view/", title="The robot in 3D")
-        _element("still", role="status")  # Why the picture stands still, if it does.
+        _element("still", role="status")  # Why the picture is frozen, if it is.
 
 
 def _controls(session: LiveSession) -> None:
     with _block("controls"):
         with _block("sticks"):
-            _stick("pad", "hand out", "turn")
+            _stick("pad", "reach out", "turn")
             _stick("lever", "up", "down")
         with _block("settings"):
             _button("Take the stick", "take", "Drive from this page")
             _button("Hand over", "hand_over", "Let another page drive")
             _button("Reset", "reset", "Start over")
-            _button("Record", "record", "Start over, and record")
-            _button("End recording", "end_record", "Keep what is recorded")
-        # No list, which would open: that takes keys, and what is let go then.
+            _button("Record", "record", "Start over and record")
+            _button("End recording", "end_record", "End the recording and keep it")
+        # No drop-down list: while it is open it takes the keys, and their release.
         with _block("choices"):
-            title = "Tells base and arm what to do"
+            title = "Drive with this controller"
             for choice in session.choices:
                 _button(choice, "choose", title, data_choice=choice)
-        drags = session.draggable and DRAGS
+        drags = session.draggable and CAN_DRAG
         _markup("help", _HELP + (_DRAG_HELP if drags else ""))
 
 
 _HELP = (
-    "Hold the pad or the lever to drive, let go to stop. "
+    "Hold the pad or the lever to drive, release it to stop. "
     '<span class="keys">Keys: hold <b>Space</b>, steer by arrows or <b>WASD</b>, up and'
     " down by <b>R</b> <b>F</b>, slowly with <b>Shift</b>; <b>Esc</b> stops. "
     "Gamepad: hold a trigger.</span>"
@@ -125,9 +126,9 @@ def _stick(name: str, *labels: str) -> None:
         _element("knob")
 
 
-def _plots(scenario: AnyScenario) -> None:
+def _plots(session: LiveSession) -> None:
     with _block("plots"):
-        for plot in plots(scenario):
+        for plot in plots(session.scenario, session.signals):
             keys = json.dumps(list(plot.series.values()))
             chart = ui.echart(plot.options()).classes("plot")
             chart.props.update({"data-keys": keys, "data-span": str(SPAN)})

@@ -1,12 +1,14 @@
-"""The live plots: what is drawn over the last seconds, and how it looks."""
+"""The live plots of the last seconds."""
 
 import dataclasses as dc
+from collections.abc import Collection
 from typing import Any
 
-from drake_mobman.scenario import AnyScenario, Guided
+from drake_mobman import signals
+from drake_mobman.scenario import AnyScenario
 
 SPAN = 20
-"""How much of the past is drawn [s]."""
+"""Length of the time axis [s]."""
 
 _INK, _FAINT = "#9aa4b2", "#2b323c"
 _COLORS = ("#4cc2ff", "#ffb454")
@@ -18,11 +20,11 @@ class Plot:
 
     title: str
     unit: str
-    series: dict[str, str]  # Names in the state that pages are told, by label.
+    series: dict[str, str]  # Names in the state that pages receive, by label.
     limits: tuple[float, ...] = ()
 
     def options(self) -> dict[str, Any]:
-        """Returns it as Apache ECharts knows it."""
+        """Returns the options of the plot for Apache ECharts."""
         axis = {
             "type": "value",
             "axisLine": {"onZero": False, "lineStyle": {"color": _FAINT}},
@@ -68,15 +70,15 @@ class Plot:
         }
 
     def _range(self) -> dict[str, float]:
-        """Returns an axis that shows the limits, and some more."""
+        """Returns the range of an axis that shows the limits, with a margin."""
         if not self.limits:
             return {}
         low, high = min(self.limits), max(self.limits)
-        room = 0.5 * (high - low)
-        return {"min": round(low - room, 2), "max": round(high + room, 2)}
+        margin = 0.5 * (high - low)
+        return {"min": round(low - margin, 2), "max": round(high + margin, 2)}
 
     def _label(self) -> dict[str, Any]:
-        """Returns labels without the odd numbers at the ends of such an axis."""
+        """Returns labels without the uneven numbers at the ends of such an axis."""
         return {"showMinLabel": False, "showMaxLabel": False} if self.limits else {}
 
     def _line(self, i: int, label: str) -> dict[str, Any]:
@@ -99,14 +101,19 @@ class Plot:
         return line
 
 
-def plots(scenario: AnyScenario) -> list[Plot]:
-    """Returns what the page draws of a scenario."""
+def plots(scenario: AnyScenario, names: Collection[str]) -> list[Plot]:
+    """Returns the plots of a scenario.
+
+    Args:
+        scenario: that is driven.
+        names: of its signals; where a hand pulls, the error is a distance.
+    """
     at = scenario.workspace
-    error = "m" if isinstance(scenario, Guided) else "m/s"
+    error = "m" if signals.HAND_POSITION in names else "m/s"
     return [
         Plot("reach l", "m", {"l": "l"}, (at.l_min, at.l_max)),
         Plot("angle ψ", "rad", {"ψ": "psi"}, (at.psi_min, at.psi_max)),
         Plot("along the reach", "m/s", {"base": "base", "arm": "arm"}),
         Plot("base", "m/s, rad/s", {"v": "v_b", "ω": "omega_b"}),
-        Plot("hand error", error, {"error": "error"}),
+        Plot("end effector error", error, {"error": "error"}),
     ]

@@ -1,4 +1,4 @@
-"""A session on disk as it goes on: killed at any time, it can be played back."""
+"""A session on disk while it runs: killed at any time, it can be played back."""
 
 import dataclasses as dc
 from contextlib import suppress
@@ -9,6 +9,7 @@ import numpy as np
 
 from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
+from drake_mobman.report.pictures import figures
 from drake_mobman.scenario import AnyScenario
 from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.simulation.log import Log, StoredLog, append_log, finite_rows
@@ -24,7 +25,6 @@ from drake_mobman.simulation.run_folder import (
     RUN,
     SCENARIO,
     check_run_folder,
-    figures,
     write_metrics,
     write_pictures,
 )
@@ -34,16 +34,16 @@ from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samp
 PART = "log.part"
 """The log so far, as `append_log` writes it."""
 
-LONGEST = 86400.0
-"""What a recorded scenario says of its duration while nobody knows it [s]."""
+MAX_DURATION = 86400.0
+"""Duration in the scenario of a recording that has not ended [s]."""
 
 
 def check_recordable(folder: Path) -> None:
-    """Finds out whether a `Recorder` may write there; leaves nothing behind.
+    """Checks that a `Recorder` may write to a folder; leaves nothing behind.
 
     Raises:
-        FolderError: if `folder` cannot be made, or holds a recording or anything else
-            that is not ours: a run can be done again, what a person did cannot.
+        FolderError: if `folder` cannot be made, or holds a recording or files of
+            others: a run can be repeated, what a person did cannot.
     """
     if any((resolved(folder) / name).exists() for name in (COMMANDS, PART)):
         why = "it holds a recorded session, which would be lost"
@@ -52,25 +52,25 @@ def check_recordable(folder: Path) -> None:
 
 
 class Recorder:
-    """Writes a session to a run folder as it goes on.
+    """Writes a session to a run folder while it runs.
 
-    From the first moment the folder has a `scenario.yaml` that plays back whatever has
-    been written of the commands. `finish` makes an ordinary run folder of it.
+    From the start the folder has a `scenario.yaml` that plays back the commands written
+    so far. `complete` makes an ordinary run folder of it.
 
     Args:
-        scenario: what is driven.
+        scenario: that is driven.
         folder: to be made, or replaced if it holds a run.
 
     Raises:
-        OSError: where the folder cannot be written; `FolderError` if it is not ours,
-            or holds a recording.
+        OSError: where the folder cannot be written; `FolderError` if it holds files of
+            others, or a recording.
     """
 
     def __init__(self, scenario: AnyScenario, folder: Path) -> None:
         check_recordable(folder)
         self.folder = folder
         self._rows = 0
-        played = dc.replace(scenario, source=Recording(), duration=LONGEST)
+        played = dc.replace(scenario, source=Recording(), duration=MAX_DURATION)
         with OutputFolder(folder, RUN) as place:
             place.file(SCENARIO).write_text(dump_typed(played), "utf-8")
             place.file(COMMANDS).write_bytes(header(scenario.period))
@@ -79,7 +79,7 @@ class Recorder:
             self._log = (place.path / PART).open("ab")
 
     def append(self, log: Log) -> None:
-        """Appends what has been logged since the last call, and lets go of it.
+        """Appends the log since the last call.
 
         Raises:
             OSError: where it cannot be written.
@@ -91,18 +91,18 @@ class Recorder:
 
     @property
     def plays(self) -> bool:
-        """Returns whether there is a period to play back, of two samples or more."""
+        """Returns whether there are enough samples to play back: two or more."""
         return self._rows > 1
 
     def close(self) -> None:
-        """Closes the files; what the folder holds can be played back, or finished."""
+        """Closes the files; the folder can be played back, or completed."""
         for file in (self._commands, self._log):
-            # It tries again what `append` could not write, and has told of.
+            # It tries again what `append` could not write, and has raised for.
             with suppress(OSError):
                 file.close()
 
     def drop(self) -> None:
-        """Closes the files, and removes the folder, but for what is not ours in it."""
+        """Closes the files, and removes the folder, except for files of others."""
         self.close()
         with suppress(OSError), OutputFolder(self.folder, None) as place:
             for name in (COMMANDS, PART):
@@ -110,11 +110,11 @@ class Recorder:
             place.clear()
 
 
-def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
+def complete(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
     """Makes an ordinary run folder of a recorder's; returns the metrics.
 
-    What was recorded stays as it is. Figures come last, unless it died, as `mobman run`
-    has it.
+    The recorded commands stay as they are. Figures come last, unless the session died,
+    as in `mobman run`.
 
     Args:
         folder: of a `Recorder` that is closed.
@@ -123,7 +123,7 @@ def finish(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
 
     Raises:
         OSError: where something cannot be written; then the folder is as it was, or
-            lacks nothing but metrics or figures.
+            lacks only metrics or figures.
     """
     text = (folder / SCENARIO).read_text("utf-8")
     played = load_typed(AnyScenario, load_yaml(text))

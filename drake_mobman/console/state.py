@@ -1,40 +1,40 @@
-"""What pages are told of a session, many times a second."""
+"""The state of a session as it is sent to pages, many times a second."""
 
 import math
 from typing import Any
 
 from drake_mobman import signals
-from drake_mobman.console.session import Snapshot
+from drake_mobman.console.snapshot import Snapshot
 from drake_mobman.decomposers.arm_compensation import base_induced_rates
 from drake_mobman.terminal import visible
 
 
 def state(snapshot: Snapshot, p_BS: Any) -> dict[str, Any]:
-    """Returns a snapshot in the numbers that a page shows; what is not finite is None.
+    """Returns a snapshot as a page shows it; numbers that are not finite become None.
 
     Args:
         snapshot: of a session.
         p_BS: shoulder in B (3,) [m].
     """
-    said: dict[str, Any] = {
+    values: dict[str, Any] = {
         "time": snapshot.time,
         "text": snapshot.text,
         "problem": snapshot.problem,
         "arming": int(snapshot.arming),
         "choice": snapshot.choice,
-        "ratio": snapshot.real_time_ratio,
+        "ratio": snapshot.real_time_factor,
         "recording": str(snapshot.recording or ""),
-        "error": snapshot.hand_error,
+        "error": snapshot.tracking_error,
     }
     if signals.EE_CYLINDRICAL in snapshot.signals:
-        said |= _motion(snapshot, p_BS)
-    return {name: _shown(value) for name, value in said.items()}
+        values |= _motion(snapshot, p_BS)
+    return {name: _as_json(value) for name, value in values.items()}
 
 
 def _motion(snapshot: Snapshot, p_BS: Any) -> dict[str, float]:
-    """Returns where the hand is, and what base and arm make of its speed.
+    """Returns where the end effector is, and the speeds that base and arm give it.
 
-    That is along the reach: the base carries the hand, and the arm moves it by l_dot.
+    These are along the reach: the base carries the end effector, the arm adds l_dot.
     """
     get = snapshot.signals
     l, psi, z = get[signals.EE_CYLINDRICAL]
@@ -57,7 +57,7 @@ def _motion(snapshot: Snapshot, p_BS: Any) -> dict[str, float]:
     }
 
 
-def _shown(value: Any) -> Any:
+def _as_json(value: Any) -> Any:
     if isinstance(value, str):
         return visible(value)
     if not isinstance(value, float):

@@ -1,13 +1,11 @@
-"""The robot in 3D as it is now: what is drawn, and where it moves to.
+"""The robot in 3D as it is now, drawn by Meshcat.
 
-Meshcat draws it. Where the console's page shows it, a browser is given what Meshcat has
-drawn at the start, and told what moves: no Meshcat is served.
+For the console's page no Meshcat is served: a browser gets the page that Meshcat makes
+of its drawing at the start, and then only what moves.
 """
 
-import dataclasses as dc
-import math
 from collections.abc import Collection
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba, Sphere
@@ -16,204 +14,149 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.visualization import VisualizationConfig
 
 from drake_mobman import signals
-from drake_mobman.console.session import Snapshot
-from drake_mobman.meshcat import sealed_meshcat
+from drake_mobman.console.frame import Frame, Trail
+from drake_mobman.console.snapshot import Snapshot
+from drake_mobman.meshcat import offline_meshcat
 from drake_mobman.robot_model.model import drawn_plant
-from drake_mobman.scenario import AnyScenario, Guided
+from drake_mobman.scenario import AnyScenario
 
-PERIOD = 1 / 30
-"""Between two pictures, at least [s]."""
+FRAME_PERIOD = 1 / 30
+"""Shortest time between two frames [s]."""
 
-DRAGS = hasattr(VisualizationConfig, "mouse_interaction_stiffness")
-"""Whether Meshcat knows of Ctrl + drag, as it does from Drake 1.57 on."""
+CAN_DRAG = hasattr(VisualizationConfig, "mouse_interaction_stiffness")
+"""Whether Meshcat supports Ctrl + drag, as it does from Drake 1.57 on."""
 
 # Paths begin at the root: Meshcat puts any other below what may be dragged.
 _WORLD = "/world"
-"""Path of all that stands in the world, but for what may be dragged."""
+"""Path of all that stands in the world, except for what may be dragged."""
 
-_DRAGGED = "/drake"
-"""Path of what may be dragged there: Meshcat looks nowhere else."""
+_DRAGGABLE = "/drake"
+"""Path of what may be dragged: Meshcat searches nowhere else."""
 
 _FLOOR = "/floor"
-"""Path of the floor, which goes with the base by whole cells."""
+"""Path of the floor, which moves with the base by whole cells."""
 
-_GUIDE = f"{_WORLD}/guide"
+_HAND = f"{_WORLD}/guiding_hand"
 """Path of the hand that pulls."""
 
-BASE_PATH, HAND_PATH = f"{_WORLD}/base_path", f"{_WORLD}/hand_path"
-"""Paths of the lines along which base and hand have gone of late."""
+_BASE_TRAIL, _EE_TRAIL = f"{_WORLD}/base_trail", f"{_WORLD}/ee_trail"
+"""Paths of the lines along which base and end effector have gone."""
 
-LINES = {BASE_PATH: Rgba(0.45, 0.45, 0.45), HAND_PATH: Rgba(0.1, 0.55, 0.75)}
-"""Their colors."""
+TRAIL_COLORS = {_BASE_TRAIL: Rgba(0.45, 0.45, 0.45), _EE_TRAIL: Rgba(0.1, 0.55, 0.75)}
 
-_STILL = 1e-4
-"""By how much a picture may be wrong [m, rad]."""
+_TOLERANCE = 1e-4
+"""Largest change that is not drawn [m, rad]."""
 
 _WIDTH, _CELL = 6.0, 0.5
 """How far the floor is drawn around the base, and the width of its cells [m]."""
 
-_STEP = 0.02
-"""How far base or hand go before their line is drawn on [m]."""
-
-_KEPT = 400
-"""Points of a line that are drawn."""
-
-
-class Line(NamedTuple):
-    """Where something has gone of late."""
-
-    made: int = 0  # Points that there have been, forgotten ones included.
-    points: tuple[tuple[float, ...], ...] = ()  # (x, y, z) in W, the latest last [m].
-
-    def gone_on(self, point: tuple[float, ...]) -> "Line":
-        """Returns it with a point more, if that is far enough from the last one."""
-        if self.points and math.dist(point, self.points[-1]) < _STEP:
-            return self
-        return Line(self.made + 1, (*self.points[1 - _KEPT :], point))
-
-    def since(self, before: "Line") -> dict[str, Any]:
-        """Returns how many of the last points before it keeps, and what it adds."""
-        new = min(self.made - before.made, len(self.points))
-        keep = len(self.points) - new
-        return {"keep": keep, "add": np.round(self.points[keep:], 4).tolist()}
-
-
-@dc.dataclass(frozen=True)
-class Frame:
-    """What moves in the picture, at one time; nothing in it changes any more."""
-
-    # Poses (4, 4) by path, each in the frame of the path above it [m].
-    poses: dict[str, Any] = dc.field(default_factory=dict)
-    lines: dict[str, Line] = dc.field(default_factory=dict)  # By path; see `LINES`.
-
-    def since(self, before: "Frame") -> "Frame":
-        """Returns what is not as it was in the frame `before`."""
-        poses = {
-            path: X
-            for path, X in self.poses.items()
-            if not (path in before.poses and np.array_equal(X, before.poses[path]))
-        }
-        lines = {
-            path: line
-            for path, line in self.lines.items()
-            if line is not before.lines.get(path)
-        }
-        return Frame(poses, lines)
-
-    def message(self, before: "Frame") -> dict[str, Any]:
-        """Returns what a browser that shows `before` is told: matrices by columns."""
-        news = self.since(before)
-        poses = {
-            path: np.round(X, 6).ravel(order="F").tolist()
-            for path, X in news.poses.items()
-        }
-        lines = {
-            path: line.since(before.lines.get(path, Line()))
-            for path, line in news.lines.items()
-        }
-        return {"poses": poses, "lines": lines}
-
 
 class Picture:
-    """A picture of the robot, outside of the simulation: it changes nothing there.
+    """A picture of the robot, outside of the simulation, which it does not change.
 
-    The world moves under the robot, so that it never leaves the picture, however one
-    turns and zooms that. All calls come from one thread.
+    The base stays in the middle and the world moves under it, so that the robot never
+    leaves the picture. All calls come from one thread.
 
     Args:
         scenario: whose robot is shown.
+        names: of the signals in the snapshots; a hand is drawn where it has a position.
         draggable: names of bodies that may be dragged.
     """
 
-    def __init__(self, scenario: AnyScenario, draggable: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        scenario: AnyScenario,
+        names: Collection[str],
+        draggable: Collection[str] = (),
+    ) -> None:
         self._reach = scenario.workspace.l_max
-        self._guided = isinstance(scenario, Guided)
+        self._has_hand = signals.HAND_POSITION in names
         self._plant, self._scene_graph = drawn_plant(scenario.robot)
         self._context = self._plant.CreateDefaultContext()
         count = self._plant.num_bodies()
         bodies = [self._plant.get_body(BodyIndex(i)) for i in range(1, count)]
         self._paths = {
-            body: f"{_DRAGGED if body.name() in draggable else _WORLD}/{body.name()}"
+            body: f"{_DRAGGABLE if body.name() in draggable else _WORLD}/{body.name()}"
             for body in bodies
             if self._plant.GetVisualGeometriesForBody(body)
         }
-        self._lines = {path: Line() for path in LINES}
+        self._trails = {path: Trail() for path in TRAIL_COLORS}
         self._time = 0.0
-        self._shown: Any = np.inf  # What the frame shows.
+        self._shown: Any = np.inf  # The positions in the frame.
         self._frame = Frame()
 
     def draw(self, meshcat: Meshcat) -> None:
-        """Draws all that a frame moves, and what stands still."""
-        # Not by a `MeshcatVisualizer`: in a diagram, Python would let go of it and of
-        # `meshcat` whenever it likes and in any thread, which ends the process.
+        """Draws all that a frame moves, and all that does not move."""
+        # Not with a `MeshcatVisualizer`: in a diagram, Python may delete it and
+        # `meshcat` at any time and in any thread, which ends the process.
         inspector = self._scene_graph.model_inspector()
         for body, path in self._paths.items():
             geometries = self._plant.GetVisualGeometriesForBody(body)
             for i, geometry in enumerate(geometries):
                 _draw_geometry(inspector, geometry, meshcat, f"{path}/{i}")
-        if self._guided:
-            meshcat.SetObject(_GUIDE, Sphere(0.045), Rgba(0.95, 0.45, 0.1, 0.6))
-        for path, color in LINES.items():
+        if self._has_hand:
+            meshcat.SetObject(_HAND, Sphere(0.045), Rgba(0.95, 0.45, 0.1, 0.6))
+        for path, color in TRAIL_COLORS.items():
             meshcat.SetLine(path, np.zeros((3, 2)), 3, color)
-        _furnish(meshcat, self._reach)
+        _draw_surroundings(meshcat, self._reach)
 
     def at(self, snapshot: Snapshot) -> Frame:
-        """Returns what moves as it is in a snapshot; the last frame if nothing has."""
+        """Returns the frame of a snapshot; the last frame if nothing has moved."""
         pose = snapshot.signals.get(signals.BASE_POSE)
         if pose is None:
             return self._frame
         q = [*pose, *snapshot.signals[signals.ARM_POSITION]]
-        guide = snapshot.signals.get(signals.HAND_POSITION, ())
-        started_over = snapshot.time < self._time
+        hand = snapshot.signals.get(signals.HAND_POSITION, ())
+        restarted = snapshot.time < self._time
         self._time = snapshot.time
-        seen = np.array([*q, *guide])
-        still = np.allclose(seen, self._shown, rtol=0, atol=_STILL)
-        # To draw takes the browser's time, where it has no graphics card.
-        if (still and not started_over) or not np.isfinite(seen).all():
+        positions = np.array([*q, *hand])
+        still = np.allclose(positions, self._shown, rtol=0, atol=_TOLERANCE)
+        # Drawing takes the browser's time, where it has no graphics card.
+        if (still and not restarted) or not np.isfinite(positions).all():
             return self._frame
-        self._shown = seen
+        self._shown = positions
         self._plant.SetPositions(self._context, q)
         poses = {
             path: self._plant.EvalBodyPoseInWorld(self._context, body)
             for body, path in self._paths.items()
         }
-        if guide:
-            poses[_GUIDE] = RigidTransform(guide)
-        hand = self._plant.GetFrameByName("tool").CalcPoseInWorld(self._context)
-        ends = {HAND_PATH: tuple(hand.translation()), BASE_PATH: (*pose[:2], 0.005)}
-        for path, line in self._lines.items():
-            begun = Line(line.made) if started_over else line
-            self._lines[path] = begun.gone_on(ends[path])
+        if hand:
+            poses[_HAND] = RigidTransform(hand)
+        tool = self._plant.GetFrameByName("tool").CalcPoseInWorld(self._context)
+        ends = {_EE_TRAIL: tuple(tool.translation()), _BASE_TRAIL: (*pose[:2], 0.005)}
+        for path, trail in self._trails.items():
+            begun = Trail(trail.total) if restarted else trail
+            self._trails[path] = begun.extended(ends[path])
         poses |= _scrolled(*pose[:2])
         matrices = {path: X.GetAsMatrix4() for path, X in poses.items()}
-        self._frame = Frame(matrices, self._lines.copy())
+        self._frame = Frame(matrices, self._trails.copy())
         return self._frame
 
 
 def picture_page(picture: Picture) -> str:
-    """Returns a page, whole by itself, that shows a picture as it is drawn at first."""
-    meshcat = sealed_meshcat()
+    """Returns a page that shows a picture at the start, and needs no other file."""
+    meshcat = offline_meshcat()
     picture.draw(meshcat)
     return meshcat.StaticHtml()
 
 
 def _scrolled(x: float, y: float) -> dict[str, RigidTransform]:
-    """Returns poses of the world, and of the floor in it, with the base in the middle.
+    """Returns the poses of world and floor that keep the base in the middle.
 
-    The floor's lines stand still in the world, and its middle stays by the base.
+    The floor's lines stand still in the world, and its middle stays near the base.
     """
     world = RigidTransform([-x, -y, 0.0])
     cell = RigidTransform([-(x % _CELL), -(y % _CELL), 0.0])
-    return {_WORLD: world, _DRAGGED: world, _FLOOR: cell}
+    return {_WORLD: world, _DRAGGABLE: world, _FLOOR: cell}
 
 
-def _furnish(meshcat: Meshcat, reach: float) -> None:
-    """Draws the floor, and looks at where a robot of such a reach [m] will stand."""
+def _draw_surroundings(meshcat: Meshcat, reach: float) -> None:
+    """Draws the floor, and places the camera for a robot of such a reach [m]."""
     for path in ("/Axes", "/Grid"):
         meshcat.SetProperty(path, "visible", False)
     meshcat.SetProperty("/Background/<object>", "top_color", [0.90, 0.93, 0.97])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.66, 0.71, 0.78])
-    # In pieces of a cell: a line that goes on behind the camera is not always drawn.
+    # In pieces of a cell: a line that ends behind the camera is not always drawn.
     lines = np.arange(-_WIDTH, _WIDTH + _CELL / 2, _CELL)
     across, along = (x.ravel() for x in np.meshgrid(lines, lines[:-1]))
     flat = np.zeros(across.size)

@@ -31,6 +31,7 @@ def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Sc
 class Switching:
     """The base moves outside the workspace, the arm inside."""
 
+    # How the base's speed follows from its contribution.
     projection: Projection = dc.field(default_factory=Projection)
 
     def shares(

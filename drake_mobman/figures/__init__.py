@@ -1,76 +1,48 @@
-"""The figures of a run: what the paper shows of a scenario, and how the hand moved."""
+"""The figures of a run: what the papers show of a scenario, and the true motion.
 
-from collections.abc import Callable, Iterator
+A new figure is a file beside this one with a `RunFigure`, and a line that imports it
+here.
+"""
+
+from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from drake_mobman import signals
-from drake_mobman.base.velocity_field import VelocityField
-from drake_mobman.decomposers.blending import Blending
-from drake_mobman.decomposers.exact import Exact
-from drake_mobman.decomposers.switching import Switching
-from drake_mobman.figures.end_effector import draw_hand_velocity, draw_path
-from drake_mobman.figures.guided import (
-    draw_base_commands,
-    draw_hand_force,
-    draw_manipulability,
-    draw_zones,
-)
-from drake_mobman.figures.laws import draw_blending, draw_kappa
-from drake_mobman.figures.strip import draw_strip
-from drake_mobman.figures.style import law_of
-from drake_mobman.figures.velocities import (
-    draw_angular,
-    draw_decomposition,
-    draw_linear,
-)
-from drake_mobman.simulation.simulate import Run
+from drake_mobman.figures.run_figure import RunFigure
+from drake_mobman.simulation.run import Run
 
-Figures = dict[str, Callable[[Run], Figure | None]]
-"""What draws each figure; None where the run has nothing to show in it."""
+# In the order in which figures are drawn.
+# isort: off
+from drake_mobman.figures.kappa import KAPPA
+from drake_mobman.figures.authority import AUTHORITY
+from drake_mobman.figures.zones import ZONES_OF_T
+from drake_mobman.figures.velocities import LINEAR_VELOCITY, ANGULAR_VELOCITY
+from drake_mobman.figures.decomposition import DECOMPOSITION
+from drake_mobman.figures.ee_velocity import EE_VELOCITY
+from drake_mobman.figures.strip import STRIP
+from drake_mobman.figures.hand_force import HAND_FORCE
+from drake_mobman.figures.path import PATH
+from drake_mobman.figures.base_commands import BASE_COMMANDS
+from drake_mobman.figures.manipulability import MANIPULABILITY
 
-LAWS: dict[type, Figures] = {
-    Blending: {"kappa": draw_kappa, "blending": draw_blending},
-    Switching: {"kappa": draw_kappa, "blending": draw_blending},
-    Exact: {"blending": draw_blending},
-    VelocityField: {"zones": draw_zones},
-}
-"""What is drawn of the law that the base follows."""
+# isort: on
 
-COMMANDED: Figures = {
-    "linear": draw_linear,
-    "angular": draw_angular,
-    "decomposition": draw_decomposition,
-    "hand_velocity": draw_hand_velocity,
-}
-"""Where the hand is commanded."""
+__all__ = ["FIGURES", "RunFigure", "draw_figures", "figures_of"]
 
-GUIDED: Figures = {"strip": draw_strip, "hand_force": draw_hand_force}
-"""Where a hand pulls."""
+FIGURES = [figure for figure in [*globals().values()] if isinstance(figure, RunFigure)]
+"""All figures of a run: those imported above, in their order."""
 
-ALWAYS: Figures = {
-    "path": draw_path,
-    "base_commands": draw_base_commands,
-    "manipulability": draw_manipulability,
-}
+
+def figures_of(run: Run) -> list[RunFigure]:
+    """Returns the figures that apply to a run of one sample or more."""
+    return [figure for figure in FIGURES if figure.applies(run)]
 
 
 def draw_figures(run: Run) -> Iterator[tuple[str, Figure]]:
-    """Yields the names and figures of a run, as wide as a page's text.
+    """Yields the names and figures of a run; none where nothing was logged.
 
-    Each is drawn when it is asked for. A run that died may be as short as one sample;
-    of one that logged nothing there is nothing to draw.
+    Each is drawn when the iterator gets to it. A run that died may have one sample.
     """
-    if not len(run.log["time"]):
-        return
-    for name, draw in figures_of(run).items():
-        figure = draw(run)
-        if figure:
-            yield name, figure
-
-
-def figures_of(run: Run) -> Figures:
-    """Returns what draws the figures of a run that has logged something."""
-    law = LAWS.get(type(law_of(run.scenario)), {})
-    hand = GUIDED if signals.HAND_FORCE in run.log else COMMANDED
-    return law | hand | ALWAYS
+    if len(run.time):
+        for figure in figures_of(run):
+            yield figure.name, figure.draw(run)

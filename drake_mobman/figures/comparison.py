@@ -1,4 +1,4 @@
-"""What each decomposer asks of base and arm, and what it costs: the paper's fig. 11."""
+"""Commands of several decomposers, and the time of a tick (Kwon et al., fig. 11)."""
 
 from collections.abc import Mapping
 from string import ascii_lowercase
@@ -8,11 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_mobman import signals
+from drake_mobman.figures.components import ANGULAR, LINEAR, Component
+from drake_mobman.figures.law import smoothed_limits
 from drake_mobman.figures.style import (
     ARM_LINE,
     BASE_LINE,
     COMMAND_LINE,
-    HAND,
+    END_EFFECTOR,
     SMALL,
     TIME,
     draw_limits,
@@ -20,22 +22,21 @@ from drake_mobman.figures.style import (
     label_axes,
     new_figure,
 )
-from drake_mobman.figures.velocities import ANGULAR, LINEAR, Component
 from drake_mobman.scenario import AnyScenario
-from drake_mobman.simulation.simulate import Run
+from drake_mobman.simulation.run import Run
 
 _THIN = {"lw": 0.8}
-"""Panels are narrow, and a peak may be one tick wide."""
+"""Panels are narrow, and a peak may be a single tick."""
 
 
 def draw_comparison(runs: Mapping[str, Run]) -> Figure:
     """Draws a row of panels for each run, by the name of its decomposer.
 
     Of two runs, linear velocities [m/s] are a and b, angular ones [rad/s] c and d: the
-    command, v_b and v_m that the decomposer asks of base and arm for it, every sample
-    as it was. Then the time [us] of each control tick that was timed, e and f. Limits
-    are those of the base where the scenario keeps to them, else those of the command;
-    and of the time, the control period. A column has one scale, so that all compare.
+    command, and what the decomposer sends to base and arm for it, sample by sample.
+    Then the time [us] of each control tick that was timed, e and f. The limits are
+    those of the base where its command is smoothed, else those of the operator's
+    command; for the time, it is the control period. A column has one scale.
     """
     figure = new_figure(0.8 + 1.3 * len(runs))
     panels = figure.subplots(len(runs), 3, sharex="col", sharey="col", squeeze=False)
@@ -53,11 +54,11 @@ def draw_comparison(runs: Mapping[str, Run]) -> Figure:
                     title += f", median {median:.3g} µs"
             axes.set_title(title, fontsize=SMALL, loc="left")
         column[-1].set_xlabel(TIME)
-    return finish(figure, "What each decomposer asks for, and what a tick costs")
+    return finish(figure, "Commands of each decomposer, and the time of a tick")
 
 
 def _draw_velocities(axes: Axes, run: Run, part: Component) -> None:
-    """Draws the command, and what is asked of base and arm, before any smoothing."""
+    """Draws the command, and the commands to base and arm, before any smoothing."""
     log, i = run.log, part.index
     for signal, name, line in (
         (signals.EE_COMMAND, "command", COMMAND_LINE),
@@ -71,16 +72,18 @@ def _draw_velocities(axes: Axes, run: Run, part: Component) -> None:
 
 
 def _limit(scenario: AnyScenario, part: Component) -> float:
-    smoother = scenario.smoother
-    if not smoother.limits().follows_at_once:
-        return (smoother.max_speed, smoother.max_yaw_rate)[part.index]
+    limits = smoothed_limits(scenario)
+    if limits:
+        return (limits.max_speed, limits.max_yaw_rate)[part.index]
     return scenario.guard.largest[part.index]
 
 
 def _draw_times(axes: Axes, run: Run) -> None:
-    """Draws how long ticks took, from reading the command to all commands sent."""
+    """Draws how long ticks took, from the command to those of base and joints."""
     period, times = run.scenario.period, run.tick_times * 1e6
     axes.set_yscale("log")
-    axes.plot(period * np.arange(len(times)), times, color=HAND, lw=0.6, label="tick")
+    axes.plot(
+        period * np.arange(len(times)), times, color=END_EFFECTOR, lw=0.6, label="tick"
+    )
     draw_limits(axes, {r"\mathrm{period}": period * 1e6})
     label_axes(axes, "", "time of a tick [µs]")

@@ -1,4 +1,4 @@
-"""The motion in 3D, as a page that opens by itself in a browser."""
+"""The motion in 3D, as a page to open in a browser."""
 
 import numpy as np
 from pydrake.geometry import (
@@ -14,16 +14,16 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobman import signals
 from drake_mobman.analysis.motion import ee_motion
-from drake_mobman.meshcat import sealed_meshcat
+from drake_mobman.meshcat import offline_meshcat
 from drake_mobman.robot_model.model import drawn_plant
-from drake_mobman.simulation.simulate import Run
+from drake_mobman.simulation.run import Run
 
 _FRAME_RATE = 32.0
-"""Pictures a second; a power of two, so that their times carry no rounding."""
+"""Frames a second; a power of two, so that their times have no rounding errors."""
 
 
 def scene(run: Run) -> str:
-    """Plays a run's log, of two samples or more, into Meshcat; returns the page."""
+    """Returns the page of a run of two samples or more, made by Meshcat."""
     log, robot = run.log, run.scenario.robot
     times = log["time"]
     builder = DiagramBuilder()
@@ -39,7 +39,7 @@ def scene(run: Run) -> str:
         poses.get_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    meshcat = sealed_meshcat()
+    meshcat = offline_meshcat()
     MeshcatVisualizer.AddToBuilder(
         builder,
         scene_graph,
@@ -49,7 +49,9 @@ def scene(run: Run) -> str:
     tool = log.get(signals.TOOL_POSITION)
     path = ee_motion(run).position if tool is None else tool[:, :2]
     height = np.full(len(path), 0.005)
-    meshcat.SetLine("/hand_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75))
+    meshcat.SetLine(
+        "/end_effector_path", np.vstack([path.T, height]), 3, Rgba(0.1, 0.55, 0.75)
+    )
     base = np.vstack([log[signals.BASE_POSE][:, :2].T, height])
     meshcat.SetLine("/base_path", base, 3, Rgba(0.5, 0.5, 0.5))
     lowest, highest = q[:, :2].min(0), q[:, :2].max(0)

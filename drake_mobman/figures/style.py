@@ -1,6 +1,6 @@
 """What all figures have in common: size, colours, axes, limits, legend.
 
-Everything is set on the figure itself: matplotlib's global state is left alone.
+Everything is set on the figure itself; matplotlib's global state is not touched.
 """
 
 from collections.abc import Mapping
@@ -11,32 +11,30 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from drake_mobman.base.velocity_field import VelocityField
-from drake_mobman.decomposers.blending import Blending
-from drake_mobman.scenario import AnyScenario, Guided
-
 TIME = "time [s]"
 
 WIDTH = 6.7  # Of a page's text [in].
 TEXT = 8  # [pt].
 SMALL = 7  # [pt].
 
-# Okabe & Ito's colours, which the colour-blind tell apart.
+# Okabe & Ito's colours, which colour-blind people can distinguish.
 COMMAND = "black"
 BASE = "#0072B2"
 ARM = "#D55E00"
-HAND = "#009E73"
+END_EFFECTOR = "#009E73"  # And the hand that guides it.
 ERROR = "#CC79A7"
 LIMIT = "0.45"
 FORWARD = "#E69F00"
 RETREAT = "#6A3D9A"
 ROTATION = "#56B4E9"
 
-# Dashed as in the paper's fig. 10, so that lines that lie on each other are all seen.
+TINT = 0.3  # Opacity of a band.
+
+# Dashed as in the paper's fig. 10, so that lines on top of each other are all visible.
 COMMAND_LINE: dict[str, Any] = {"color": COMMAND, "lw": 3.0, "alpha": 0.3}
 BASE_LINE: dict[str, Any] = {"color": BASE, "lw": 1.2, "ls": "-."}
 ARM_LINE: dict[str, Any] = {"color": ARM, "lw": 1.2, "ls": "--"}
-HAND_LINE: dict[str, Any] = {"color": HAND, "lw": 1.2}
+EE_LINE: dict[str, Any] = {"color": END_EFFECTOR, "lw": 1.2}
 ERROR_LINE: dict[str, Any] = {"color": ERROR, "lw": 1.2}
 LIMIT_LINE: dict[str, Any] = {"color": LIMIT, "lw": 0.8, "ls": (0, (6, 3))}
 
@@ -46,33 +44,15 @@ def new_figure(height: float) -> Figure:
     return Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
 
 
-def law_of(scenario: AnyScenario) -> Any:
-    """Returns what tells the base where to go: a field, or a decomposer."""
-    return scenario.field if isinstance(scenario, Guided) else scenario.decomposer
-
-
-def name_of(decomposer: Any) -> str:
-    """Returns a decomposer's or field's name as a title says it."""
-    if isinstance(decomposer, VelocityField):
-        return f"{decomposer.law} field"
-    if isinstance(decomposer, Blending):
-        return (
-            rf"blending, $\alpha$ = {decomposer.alpha:g} 1/m,"
-            rf" $\beta$ = {decomposer.beta:g} 1/rad"
-            + (", smoothstep" if decomposer.share == "smoothstep" else "")
-        )
-    return type(decomposer).__name__.lower()
-
-
 def label_axes(axes: Axes, x: str = "", y: str = "", letter: str = "") -> None:
-    """Names the axes, and the panel where it has a letter."""
+    """Labels the axes, and the panel if it has a letter."""
     axes.set_xlabel(x, fontsize=TEXT)
     axes.set_ylabel(y, fontsize=TEXT)
     axes.tick_params(labelsize=SMALL)
     axes.grid(color="0.92", lw=0.6)
     axes.set_axisbelow(True)
     if letter:
-        # Above the tick labels, where no limit's name comes.
+        # Above the tick labels, out of the way of the limits' symbols.
         axes.annotate(
             f"({letter})",
             (0.0, 1.0),
@@ -85,10 +65,10 @@ def label_axes(axes: Axes, x: str = "", y: str = "", letter: str = "") -> None:
 
 
 def near(limits: Mapping[str, float], x: np.ndarray) -> dict[str, float]:
-    """Returns the limits by which the data `x` are worth seeing.
+    """Returns the limits near enough to the data `x` to be drawn with them.
 
-    A limit far beyond the range of the data would shrink them to a line; where all are,
-    they stay.
+    A limit far away would shrink the data to a flat line. If all are far away, all are
+    returned.
     """
     low, high = float(np.min(x)), float(np.max(x))
     air = 2.0 * (high - low)
@@ -97,9 +77,9 @@ def near(limits: Mapping[str, float], x: np.ndarray) -> dict[str, float]:
 
 
 def draw_limits(axes: Axes, limits: Mapping[str, float], inside: bool = False) -> None:
-    """Draws limits of the coordinate that stands upwards, each with its symbol.
+    """Draws limits of the vertical coordinate as lines, each with its symbol.
 
-    The symbols stand right of the axes, or `inside`, in the margin left of the data.
+    The symbols are to the right of the axes, or `inside`, in the left margin.
     """
     for symbol, value in limits.items():
         axes.axhline(value, **LIMIT_LINE)
@@ -117,7 +97,7 @@ def draw_limits(axes: Axes, limits: Mapping[str, float], inside: bool = False) -
 
 
 def draw_limits_across(axes: Axes, limits: Mapping[str, float]) -> None:
-    """Draws limits of the coordinate that runs across, each with its symbol on top."""
+    """Draws limits of the horizontal coordinate, each with its symbol on top."""
     for symbol, value in limits.items():
         axes.axvline(value, **LIMIT_LINE)
         axes.annotate(
@@ -133,7 +113,7 @@ def draw_limits_across(axes: Axes, limits: Mapping[str, float]) -> None:
 
 
 def finish(figure: Figure, title: str) -> Figure:
-    """Returns the figure with its title and one legend, each label once, on top."""
+    """Returns the figure with its title and one legend on top, each label once."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -157,11 +137,44 @@ def finish(figure: Figure, title: str) -> Figure:
 def span(
     *data: ArrayLike, air: float = 0.05, least: float = 0.01
 ) -> tuple[float, float]:
-    """Returns the range of all data and `air` of it to either side, `least` wide.
+    """Returns the range of all data, NaN excepted, for the limits of an axis.
 
-    What is not a number is not drawn, and does not count.
+    Args:
+        data: arrays of any shape.
+        air: margin on either side, as a share of the range.
+        least: smallest range.
     """
     x = np.concatenate([np.ravel(part) for part in data])
     low, high = float(np.nanmin(x)), float(np.nanmax(x))
     more = max(air * (high - low), 0.5 * (least - (high - low)))
     return low - more, high + more
+
+
+def draw_between(axes: Axes, limits: Mapping[str, float], *data: np.ndarray) -> None:
+    """Draws those limits that the data come near, and scales the axes to both."""
+    limits = near(limits, np.concatenate(data))
+    axes.set_ylim(span(*data, [*limits.values()]))
+    draw_limits(axes, limits)
+
+
+def symmetric(symbol: str, limit: float) -> dict[str, float]:
+    """Returns a limit that holds in both directions, by its symbols."""
+    return {symbol: limit, f"-{symbol}": -limit}
+
+
+def draw_band(
+    axes: Axes, time: np.ndarray, inside: np.ndarray, colour: str, label: str
+) -> None:
+    """Colours the axes from bottom to top where `inside` (N,) is true."""
+    axes.fill_between(
+        time,
+        0.0,
+        1.0,
+        where=inside,
+        step="post",
+        transform=axes.get_xaxis_transform(),
+        color=colour,
+        alpha=TINT,
+        lw=0,
+        label=label if inside.any() else None,
+    )

@@ -1,7 +1,7 @@
-"""A run with all that comes of it: log first, then metrics, then pictures.
+"""A run and its folder: the log first, then the metrics, then the pictures.
 
-Whatever goes wrong, or whenever the user will not wait, costs no more than what is not
-done yet, and a line that says so.
+An error, or a user who ends it, costs only what is not done yet, and one line is
+printed about it.
 """
 
 import textwrap
@@ -13,56 +13,56 @@ from typing import Any, NamedTuple
 from drake_mobman.analysis.metrics import metrics, of_no_sample
 from drake_mobman.exit_status import DIED
 from drake_mobman.parameters import ParameterError
+from drake_mobman.report.pictures import figures, scenes, shown_of
 from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
+from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.run_folder import (
     RUN,
     check_run_folder,
-    figures,
-    scenes,
-    shown_of,
     write_log,
     write_metrics,
     write_pictures,
 )
-from drake_mobman.simulation.simulate import Run, simulated, tick_times
+from drake_mobman.simulation.simulate import simulate
 from drake_mobman.simulation.stop import Stop
+from drake_mobman.simulation.tick_times import tick_times
 
 PART = "log.part"
 """The log as it grows, in the folder's draft."""
 
 _IMPATIENT = 2
-"""How many signals cut short what can be done without, now that the log is written."""
+"""Signals after which metrics and pictures are cut short, as the log is written."""
 
 
 class Shown(NamedTuple):
-    """How a user is told of a run."""
+    """How the user sees the progress and the errors of a run."""
 
-    complain: Callable[[str], None]  # A line on what went wrong.
-    # Shows how far something of a title has come towards a total of a unit.
+    complain: Callable[[str], None]  # Prints one line about an error.
+    # Shows progress, given a title, the total and its unit.
     progress: Callable[
         [str, float, str], AbstractContextManager[Callable[[float], None]]
     ]
 
 
 class Wanted(NamedTuple):
-    """What is to be made of a run."""
+    """What to write of a run."""
 
     figures: bool = True
     scene: bool = False
-    every: int = 1  # Of how many samples one is kept in the log.
+    every: int = 1  # Every which sample is kept in the log.
 
 
 class Job:
     """A scenario, and the folder that its run goes to.
 
     Args:
-        name: of the scenario, as the user is told.
+        name: of the scenario, for messages.
         scenario: checked, as `load_scenario` returns it.
-        folder: to be made, or replaced.
-        wanted: what is to be made of it.
-        stop: asked whether the user wants it to end.
-        shown: how he is told.
+        folder: new, or of an earlier run.
+        wanted: what to write.
+        stop: returns whether the user wants to end it.
+        shown: how progress and errors are shown.
     """
 
     def __init__(
@@ -76,23 +76,23 @@ class Job:
     ) -> None:
         self.name = name
         self.scenario = scenario
-        self.numbers: dict[str, Any] | None = None  # The metrics, once there are any.
-        self.status = 0  # To exit with.
-        self._folder = folder
+        self.numbers: dict[str, Any] | None = None  # The metrics, once written.
+        self.status = 0  # The exit status.
+        self.folder = folder
         self._wanted = wanted
         self._stop = stop
         self._shown = shown
 
     def run(self) -> None:
-        """Does it all.
+        """Simulates, and writes the folder.
 
         Raises:
             ParameterError: where a block cannot work with its parameters; then the
-                folder is as it was.
+                folder is unchanged.
         """
         try:
-            check_run_folder(self._folder)
-            with OutputFolder(self._folder, RUN) as folder:
+            check_run_folder(self.folder)
+            with OutputFolder(self.folder, RUN) as folder:
                 run = self._simulated(folder)
                 if self._log_written(run, folder):
                     self._write_metrics(run, folder)
@@ -100,14 +100,14 @@ class Job:
         except ParameterError:
             raise
         except OSError as error:
-            self._failed(f"{self._folder}: not written: {_line(error)}", named=True)
+            self._failed(f"{self.folder}: not written: {_line(error)}", named=True)
         if self._stop():
             self.status = self._stop.status
 
     def _simulated(self, folder: OutputFolder) -> Run:
         with self._shown.progress(self.name, self.scenario.duration, " s") as progress:
             part = folder.file(PART)
-            return simulated(
+            return simulate(
                 self.scenario, progress=progress, stop=self._stop, part=part
             )
 
@@ -132,14 +132,15 @@ class Job:
         try:
             write_log(run, folder, self._wanted.every, progress)
         except FolderError as error:
-            # Somebody has put something there meanwhile.
+            # A file was put there during the run.
             folder.move_aside()
+            self.folder = folder.path
             self._failed(f"{error}; written to {folder.path}", named=True)
             write_log(run, folder, self._wanted.every, progress)
 
     def _write_metrics(self, run: Run, folder: OutputFolder) -> None:
         numbers = of_no_sample(run)
-        total = float(run.log["time"][-1]) if len(run.log["time"]) else 1.0
+        total = float(run.time[-1]) if len(run.time) else 1.0
         try:
             title = f"{self.name}: metrics"
             with self._shown.progress(title, total, " s") as progress:
@@ -149,7 +150,7 @@ class Job:
         except KeyboardInterrupt:
             self._failed("interrupted, no metrics; the log is kept")
         except (Exception, SystemExit) as error:
-            self._failed(f"metrics not worked out: {_line(error)}")
+            self._failed(f"metrics not computed: {_line(error)}")
         try:
             self.numbers = write_metrics(numbers, folder)
         except Exception as error:
@@ -176,7 +177,7 @@ class Job:
             self._shown.complain(f"{self.name}: pictures show {part}")
 
     def _pictures_made(self, run: Run, folder: OutputFolder) -> list[BaseException]:
-        """Makes the pictures; returns what went wrong."""
+        """Makes the pictures; returns the errors."""
         pictures = figures(run) if self._wanted.figures else {}
         pictures |= scenes(run) if self._wanted.scene else {}
 

@@ -18,6 +18,8 @@ class BaseLimits:
     max_acceleration: float = math.inf  # [m/s^2].
     max_yaw_rate: float = math.inf  # [rad/s].
     max_yaw_acceleration: float = math.inf  # [rad/s^2].
+    max_jerk: float = math.inf  # [m/s^3].
+    max_yaw_jerk: float = math.inf  # [rad/s^3].
 
     @property
     def follows_at_once(self) -> bool:

@@ -1,14 +1,10 @@
 """What a scenario says, and where it is read from."""
 
 from drake_mobman.scenario.guided import Guided
-from drake_mobman.scenario.load import (
-    AnyScenario,
-    ScenarioError,
-    load_scenario,
-    scenario_paths,
-)
+from drake_mobman.scenario.load import AnyScenario, ScenarioError, load_scenario
 from drake_mobman.scenario.scenario import Scenario
 from drake_mobman.scenario.teleop import Teleop
+from drake_mobman.scenario_files import scenario_paths
 
 __all__ = [
     "AnyScenario",

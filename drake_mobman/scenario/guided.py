@@ -38,16 +38,18 @@ _GRASP = 0.05
 class Guided(Scenario):
     """A hand pulls the free arm by its tool, and the base follows by the field."""
 
-    fidelity: Fidelity = dc.field(default_factory=Servo)
-    robot: Robot = dc.field(default_factory=FrankaTiago)
+    fidelity: Fidelity = dc.field(default_factory=Servo)  # One with forces.
+    robot: Robot = dc.field(default_factory=FrankaTiago)  # Which robot.
+    # Who moves the hand.
     source: Planned | Operator | Recording = dc.field(default_factory=Planned)
     guard: Guard = OF_ROBOT  # Of an operator who leads the hand.
     gate: Gate = dc.field(default_factory=Gate)  # The same.
-    hand: Hand = OF_ROBOT
+    hand: Hand = OF_ROBOT  # Its path, and how it pulls.
     drag: Drag = dc.field(default_factory=Drag)  # Of an operator who pulls elsewhere.
-    field: BaseController = OF_ROBOT
+    field: BaseController = OF_ROBOT  # What drives the base.
     # What a live operator may choose instead, while driving.
     alternatives: list[BaseController] = dc.field(default_factory=list)
+    # From one of them to the next.
     transition: Transition = dc.field(default_factory=Transition)
 
     @classmethod

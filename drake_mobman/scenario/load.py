@@ -7,7 +7,6 @@ overrides given as `key.path=value`.
 import dataclasses as dc
 import textwrap
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from drake_mobman.scenario.guided import Guided
 from drake_mobman.scenario.old_names import with_new_names
 from drake_mobman.scenario.schema import load_typed, load_yaml, with_override
 from drake_mobman.scenario.teleop import Teleop
+from drake_mobman.scenario_files import scenario_paths
 from drake_mobman.teleop.recorded import Recording
 
 AnyScenario = Teleop | Guided
@@ -44,12 +44,6 @@ def played_back(scenario: AnyScenario, folder: Path) -> AnyScenario:
 
 class ScenarioError(ValueError):
     """A scenario that cannot be run; the message is one line."""
-
-
-def scenario_paths() -> dict[str, Path]:
-    """Returns the scenarios that come with the package, by name."""
-    folder = Path(str(resources.files("drake_mobman.scenarios")))
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
 _LONGEST = 1_000_000

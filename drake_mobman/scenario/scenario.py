@@ -32,12 +32,12 @@ class Scenario:
     description: str = ""  # One line for `mobman list`.
     duration: float = 16.0  # How long [s].
     period: float = 0.01  # Control period; at `Kinematic` the Euler step too [s].
-    fidelity: Fidelity = dc.field(default_factory=Kinematic)
+    fidelity: Fidelity = dc.field(default_factory=Kinematic)  # With masses or not.
     compiled: bool = False  # Whether blocks run without Python where that goes.
-    robot: Robot = dc.field(default_factory=Planar)
-    start: Start = OF_ROBOT
-    workspace: WorkspaceLimits = OF_ROBOT
-    smoother: Smoothing = OF_ROBOT
+    robot: Robot = dc.field(default_factory=Planar)  # Which robot, and its lengths.
+    start: Start = OF_ROBOT  # Of base and end effector.
+    workspace: WorkspaceLimits = OF_ROBOT  # That the arm is to keep.
+    smoother: Smoothing = OF_ROBOT  # Of the base's command.
     # Of its file, or of the run folder that the file is in.
     name: str = dc.field(default="", compare=False, metadata=NOT_IN_YAML)
 
@@ -86,9 +86,10 @@ class Scenario:
         self.start_position(setup)
         check_workspace(self.workspace, self.start, setup)
         with below("smoother"):
-            check_base(self.smoother.limits(), setup.model.base_limits)
+            check_base(self.smoother, setup.model.base_limits)
         self.check_fit(setup)
-        self.in_whole_steps().build_all(setup)
+        whole = self.in_whole_steps()
+        whole.build_all(dc.replace(setup, period=whole.period))
 
     def check_fit(self, setup: RobotSetup) -> None:
         """Raises `ParameterError` where such a scenario does not fit its robot."""

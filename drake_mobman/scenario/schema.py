@@ -296,7 +296,8 @@ def _defaults(data: dict[str, Any], schema: Any, fields: dict[str, Any]) -> Any:
     if key is None or key not in data:
         return defaults
     given = _conformed(data[key], fields[key], key, getattr(defaults, key))
-    return yaml_load_typed(schema=schema, data=dump_yaml({key: given}))
+    loaded = yaml_load_typed(schema=schema, data=dump_yaml({key: given}))
+    return schema(**{key: getattr(loaded, key)})
 
 
 def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:

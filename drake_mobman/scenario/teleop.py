@@ -22,12 +22,13 @@ from drake_mobman.teleop.scripted import Script
 class Teleop(Scenario):
     """The end effector is commanded; a decomposer splits that between base and arm."""
 
-    source: Source = dc.field(default_factory=Script)
-    guard: Guard = OF_ROBOT
+    source: Source = dc.field(default_factory=Script)  # Who commands.
+    guard: Guard = OF_ROBOT  # What it lets through.
     gate: Gate = dc.field(default_factory=Gate)  # Of a live or recorded operator.
-    decomposer: Decomposer = OF_ROBOT
+    decomposer: Decomposer = OF_ROBOT  # Who moves, base or arm.
     # What a live operator may choose instead, while driving.
     alternatives: list[Decomposer] = dc.field(default_factory=list)
+    # From one of them to the next.
     transition: Transition = dc.field(default_factory=Transition)
     inverse: str = "positions"  # Of an arm with closed form: "positions" or "rates".
 

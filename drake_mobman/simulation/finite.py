@@ -1,4 +1,4 @@
-"""What is not finite in a run ends it, and is named."""
+"""A signal that is not finite ends a run, and the message names it."""
 
 import textwrap
 from typing import Any
@@ -9,7 +9,7 @@ from pydrake.systems.framework import Diagram
 from drake_mobman.simulation.log import STATE, names_in_order
 
 FAILURES = (Exception, SystemExit)
-"""What ends a simulation by itself; pydrake makes Drake's assertions the latter."""
+"""Errors that end a simulation; pydrake turns Drake's assertions into the latter."""
 
 
 def signal_not_finite(diagram: Diagram, context: Any) -> str:
@@ -19,8 +19,8 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
     for name in names_in_order(by_name):
         try:
             value = by_name[name].Eval(context)
-        except (*FAILURES, SystemExit):  # Drake's assertions are the latter.
-            continue  # It follows from another.
+        except FAILURES:
+            continue  # It depends on another, which is looked at, too.
         if not np.isfinite(value).all():
             return name
     return ""
@@ -29,7 +29,7 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
 def check_state_finite(diagram: Diagram, context: Any) -> None:
     """Raises `ArithmeticError` unless the robot's state is finite.
 
-    Quicker than to ask all signals, where the log tells of those in the end.
+    Quicker than `check_finite`; the log shows later which other signal was not.
     """
     for name in STATE:
         if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
@@ -43,7 +43,7 @@ def check_finite(diagram: Diagram, context: Any) -> None:
 
 
 def death(diagram: Diagram, context: Any, error: BaseException) -> str:
-    """Returns when and why a simulation ended by an error, in one line."""
+    """Returns when and why an error ended a simulation, in one line."""
     why = reason(error)
     name = signal_not_finite(diagram, context)
     if name and why != not_finite(name):
@@ -62,6 +62,6 @@ def not_finite(name: str) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """Returns what an error says, in one line."""
-    said = str(error) or type(error).__name__
-    return textwrap.shorten(said, 200, placeholder=" ...")
+    """Returns an error's message, in one line."""
+    message = str(error) or type(error).__name__
+    return textwrap.shorten(message, 200, placeholder=" ...")

@@ -15,14 +15,14 @@ Log = Mapping[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
 
 WINDOW = 50_000
-"""Samples that are worked on at a time, where a log may be longer than memory."""
+"""Samples worked on at a time: a log may be longer than memory."""
 
 STATE = (signals.BASE_POSE, signals.ARM_POSITION)
-"""What all other signals follow from."""
+"""The robot's state, from which all other signals follow."""
 
 
 def read_log(diagram: Diagram, context: Any) -> Log:
-    """Returns what `log_signals` in `diagram` has logged so far."""
+    """Returns what the diagram's `log_signals` has logged so far."""
     sizes = signal_sizes(diagram)
     log = diagram.GetSubsystemByName(LOG).FindLog(context)
     borders = np.cumsum(list(sizes.values()))[:-1]
@@ -40,12 +40,12 @@ def drained_log(diagram: Diagram, context: Any) -> Log:
     return log
 
 
-# A log on disk, that grows: a line of JSON with the signals' sizes, then samples row by
-# row, as numbers of 8 bytes, little-endian. Whatever is cut off at its end is left out.
+# A log on disk, which grows: a line of JSON with the signals' sizes, then the samples,
+# row by row, as little-endian numbers of 8 bytes. A row cut off at the end is ignored.
 
 
 def append_log(file: BinaryIO, log: Log) -> None:
-    """Appends a log to an open file, and sees to it that a kill does not lose it."""
+    """Appends a log to an open file, and flushes it, so that a kill loses nothing."""
     if file.tell() == 0:
         sizes = {name: int(np.prod(x.shape[1:])) for name, x in log.items()}
         header = json.dumps(sizes).encode()
@@ -57,11 +57,11 @@ def append_log(file: BinaryIO, log: Log) -> None:
 
 
 class StoredLog(Log):
-    """A log in a file, of which only that is in memory which is looked at.
+    """A log in a file; a signal is in memory only while it is used.
 
     Args:
         file: as `append_log` writes it; it may be removed meanwhile.
-        rows: how many of its samples belong to it; all unless given.
+        rows: how many of its samples to read; all unless given.
 
     Raises:
         OSError: where it cannot be read.
@@ -85,7 +85,7 @@ class StoredLog(Log):
         shape = (self._rows, self._width)
         if not self._rows:
             return np.zeros((0,) if name == "time" else (0, size))
-        # Each time anew: what was looked at before is let go of with the array.
+        # Mapped anew each time, so that its memory is freed with the array.
         table = np.memmap(self._file, "<f8", "r", self._start, shape).view(np.ndarray)
         return table[:, at] if name == "time" else table[:, at : at + size]
 
@@ -102,14 +102,14 @@ def head(log: Log, rows: int) -> Log:
 
 
 def windows(log: Log, before: int = 0) -> Iterator[tuple[int, Log]]:
-    """Yields a log by windows, in memory: one at a time, however long it is.
+    """Yields a log in windows, each small enough for memory.
 
     Args:
-        log: to go through.
-        before: samples that a window shows of the one before.
+        log: of any length.
+        before: how many samples of the window before each window repeats.
 
     Yields:
-        How many samples of the window were shown before, and the window.
+        How many samples the window repeats, and the window.
     """
     for start in range(0, len(log["time"]), WINDOW):
         shown = min(before, start)
@@ -130,8 +130,8 @@ def finite_rows(log: Log) -> int:
 def first_not_finite(log: Log) -> tuple[int, str] | None:
     """Returns the first sample that holds a NaN or an infinity, and which signal does.
 
-    Of several signals, one that others follow from. None where all are finite, but for
-    `operator_input`, which holds whatever the operator's device says.
+    Of several signals, the state comes first, as the others follow from it. None where
+    all are finite. `operator_input` is not checked: an input device may send anything.
     """
     firsts = {}
     for name in names_in_order(log):
@@ -144,6 +144,6 @@ def first_not_finite(log: Log) -> tuple[int, str] | None:
 
 
 def names_in_order(named: Mapping[str, Any]) -> list[str]:
-    """Returns the names of signals to be finite, the robot's state before the rest."""
+    """Returns the names of the signals that must be finite, the state first."""
     names = [name for name in named if name != signals.OPERATOR_INPUT]
     return sorted(names, key=lambda name: name not in STATE)

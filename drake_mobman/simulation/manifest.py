@@ -1,6 +1,6 @@
-"""What we wrote to a folder: files with their hashes, as `sha256sum -c` reads them.
+"""The files that we wrote to a folder, with their hashes, as `sha256sum -c` reads them.
 
-A file is ours to replace or remove if it is in the list and still what we wrote.
+A file is ours to replace or remove if it is in this list and unchanged.
 """
 
 import hashlib
@@ -13,10 +13,10 @@ MANIFEST = "manifest.sha256"
 """The list's name in its folder."""
 
 DRAFT = ".draft"
-"""A hidden folder in the same, for what is not complete yet."""
+"""A hidden folder in that folder, for files that are not complete yet."""
 
 Manifest = dict[str, str]
-"""Hashes by the files' names, which are paths from the folder, with slashes."""
+"""Hashes by file names: paths relative to the folder, with slashes."""
 
 _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 
@@ -28,7 +28,7 @@ def hash_of(file: Path) -> str:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Returns a folder's list; empty where there is none, or it is something else."""
+    """Returns a folder's list; empty where there is none, or something else."""
     try:
         text = (folder / MANIFEST).read_text("utf-8")
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError):
@@ -53,12 +53,12 @@ def is_ours(file: Path, digests: Iterable[str | None]) -> bool:
 def not_ours(
     folder: Path, written: Sequence[Manifest], kind: Sequence[str]
 ) -> Iterator[str]:
-    """Yields what in a folder we may not replace, and why, name by name.
+    """Yields the files in a folder that we may not replace, each with the reason.
 
     Args:
         folder: that exists.
-        written: lists of what is ours, if unchanged.
-        kind: patterns of names that may be replaced by what is about to be written.
+        written: lists of the files that are ours, if unchanged.
+        kind: patterns of the names that may be replaced.
     """
     names = {name for manifest in written for name in manifest}
     inner = {str(parent) for name in names for parent in PurePosixPath(name).parents}

@@ -1,4 +1,4 @@
-"""`log.npz`, as `numpy.savez_compressed` has it, of a log that memory may not hold."""
+"""`log.npz`, as `numpy.savez_compressed` writes it, of a log of any length."""
 
 import zipfile
 from collections.abc import Callable
@@ -20,8 +20,8 @@ def write_npz(
     Args:
         file: to be written, and replaced.
         log: to write.
-        every: of how many samples one is kept, the first being the first.
-        progress: told how much of it is done [%].
+        every: every which sample is kept, from the first one on.
+        progress: called with how much is written [%].
 
     Raises:
         OSError: where it cannot be written.

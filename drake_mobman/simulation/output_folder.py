@@ -1,20 +1,20 @@
-"""A folder that we write to: each file whole or not there, and nobody else's touched.
+"""A folder to write to: each file is whole or missing, and files of others are kept.
 
-Files are made in a hidden draft in the folder, and moved to their places once they are
-complete, together with a manifest that says which files are ours. So folders are never
-moved: one may stand in it, it may be a mount point or a link, or another's parent. Who
-is killed between two moves leaves the rest in the draft, for the next one to go on.
+Files are made in a hidden draft folder inside, and moved to their places once they are
+complete, together with a manifest that lists which files are ours. The folder itself is
+never moved: it may be a mount point, a link, or somebody's working folder. A process
+that is killed between two moves leaves the rest in the draft; the next one goes on.
 """
 
 import fcntl
 import os
-import secrets
 import shutil
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
+from drake_mobman.files import FolderError, refusal, resolved
 from drake_mobman.simulation.manifest import (
     DRAFT,
     MANIFEST,
@@ -25,22 +25,27 @@ from drake_mobman.simulation.manifest import (
     write_manifest,
 )
 
-
-class FolderError(OSError):
-    """A folder that cannot be written to; the message is one line."""
+__all__ = [
+    "FolderError",
+    "OutputFolder",
+    "check_folder",
+    "check_is_ours",
+    "refusal",
+    "resolved",
+]
 
 
 class OutputFolder:
-    """A folder that is written to while entered, by nobody else meanwhile.
+    """A folder that is locked and written to while entered.
 
     Args:
-        path: of the folder, to be made, or ours to replace.
-        kind: patterns of the names that may be replaced; None to go on with a folder
-            that is ours, whatever else has come into it.
+        path: of the folder, new or of an earlier run.
+        kind: patterns of the names that may be replaced; None to go on with a folder of
+            ours, whatever other files it holds by now.
 
     Raises:
-        FolderError: on entering, if the folder cannot be made or locked, or holds what
-            is not ours.
+        FolderError: on entering, if the folder cannot be made or locked, or holds files
+            that are not ours.
     """
 
     def __init__(self, path: Path, kind: Sequence[str] | None) -> None:
@@ -67,20 +72,20 @@ class OutputFolder:
 
     @property
     def draft(self) -> Path:
-        """Returns the folder for what is not complete."""
+        """Returns the folder for files that are not complete."""
         return self.path / DRAFT
 
     def file(self, name: str) -> Path:
-        """Returns where to write a file until it is published under its name."""
+        """Returns where to write a file until it is published."""
         file = self.draft / name
         file.parent.mkdir(parents=True, exist_ok=True)
         return file
 
     def put(self, name: str, content: bytes) -> None:
-        """Writes a file whole, and publishes it.
+        """Writes a file and publishes it.
 
         Raises:
-            OSError: where it cannot be written; then what was there is as it was.
+            OSError: where it cannot be written; then an earlier file is unchanged.
         """
         file = self.file(name)
         try:
@@ -91,32 +96,32 @@ class OutputFolder:
             raise
 
     def publish(self, names: Sequence[str], *, anew: bool = False) -> None:
-        """Moves files of the draft to their places; they are ours from then on.
+        """Moves files of the draft to their places, and lists them as ours.
 
         Args:
             names: of the files.
-            anew: whether what we wrote before is removed, but for what was changed.
+            anew: whether to remove other files that we wrote before, if unchanged.
 
         Raises:
-            FolderError: if there is something in a file's place that is not ours; then
-                nothing is moved.
+            FolderError: if a file of another is in the place of one; then nothing is
+                moved.
             OSError: where it cannot be written.
         """
         made = {name: hash_of(self.draft / name) for name in names}
         before = read_manifest(self.path)
         for name in made:
             self._check_place(name, before.get(name))
-        # From here on it is decided, and the next one would complete it.
+        # From here on, the next process would complete it.
         write_manifest(self.draft, made if anew else before | made)
         self._complete()
 
     def adopt(self, name: str) -> None:
-        """Takes a file that was written in its place as ours, from now on unchanged."""
+        """Lists a file as ours that was written directly to its place."""
         written = read_manifest(self.path)
         write_manifest(self.path, written | {name: hash_of(self.path / name)})
 
     def clear(self) -> None:
-        """Removes all that is ours and unchanged; the folder too, if that was all."""
+        """Removes our unchanged files, and the folder if it is empty then."""
         self.draft.mkdir(exist_ok=True)
         write_manifest(self.draft, {})
         self._complete()
@@ -125,10 +130,10 @@ class OutputFolder:
         self._made = [self.path, *self._made]
 
     def move_aside(self) -> None:
-        """Goes on in a new folder beside this one, and takes the draft along.
+        """Goes on in a new folder beside this one, and moves the draft there.
 
         Raises:
-            OSError: where there can be none.
+            OSError: where it cannot be made.
         """
         n = 2
         while os.path.lexists(beside := self.path.with_name(f"{self.path.name}-{n}")):
@@ -138,8 +143,6 @@ class OutputFolder:
         self._unlock()
         self.path = self._given = beside
         self._lock = _locked(beside)
-
-    # How it is done.
 
     def _open(self) -> None:
         parents = [*reversed(self.path.parents), self.path]
@@ -161,7 +164,7 @@ class OutputFolder:
         if os.path.lexists(self.draft / MANIFEST):
             self._complete()
         shutil.rmtree(self.draft, ignore_errors=True)
-        self.draft.mkdir()  # So it is known before the work whether one can.
+        self.draft.mkdir()  # Fails before the work if it is not allowed.
 
     def _close(self) -> None:
         if not self.keeps_draft and self._lock >= 0:
@@ -177,7 +180,7 @@ class OutputFolder:
         self._lock = -1
 
     def _complete(self) -> None:
-        """Makes the folder what the draft's manifest says."""
+        """Makes the folder match the draft's manifest."""
         before, after = read_manifest(self.path), read_manifest(self.draft)
         for name, digest in after.items():
             if (self.draft / name).exists():
@@ -206,12 +209,10 @@ class OutputFolder:
 
 
 def check_folder(path: Path, kind: Sequence[str]) -> None:
-    """Finds out, before the work, whether a folder can be written to.
-
-    Leaves nothing behind.
+    """Checks, before the work, that a folder can be written to; leaves nothing behind.
 
     Args:
-        path: of the folder, to be made, or ours to replace.
+        path: of the folder, new or of an earlier run.
         kind: patterns of the names that may be replaced.
 
     Raises:
@@ -222,70 +223,20 @@ def check_folder(path: Path, kind: Sequence[str]) -> None:
 
 
 def check_is_ours(path: Path, kind: Sequence[str]) -> None:
-    """Raises `FolderError` if a folder holds what is not ours to replace."""
+    """Raises `FolderError` if a folder holds files that are not ours to replace."""
     folder = resolved(path)
     written = [read_manifest(folder), read_manifest(folder / DRAFT)]
     for what in not_ours(folder, written, kind):
         raise FolderError(refusal(path, f"it holds {what}"))
 
 
-@contextmanager
-def new_file(file: Path) -> Iterator[Path]:
-    """Gives a file to write to, which takes the place of `file` at the end.
-
-    Raises:
-        FolderError: if `file` cannot be made.
-    """
-    target = resolved(file)
-    draft = target.with_name(f".{secrets.token_hex(8)}.part")
-    try:
-        if target.is_dir():
-            raise FolderError(f"{file}: cannot be written, it is a folder")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        draft.touch(exist_ok=False)
-    except FolderError:
-        raise
-    except OSError as error:
-        raise FolderError(f"{file}: cannot be written, {error.strerror}") from None
-    try:
-        yield draft
-        draft.replace(target)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
-
-
-def resolved(path: Path) -> Path:
-    """Returns a path from the root, without links.
-
-    Raises:
-        FolderError: where there is no such path, or a link leads nowhere.
-    """
-    try:
-        for at in (path, *path.parents):
-            if at.is_symlink() and not at.exists():
-                why = f"{at} is a link that leads nowhere"
-                raise FolderError(refusal(path, why))
-        return path.resolve()
-    except FolderError:
-        raise
-    except (OSError, RuntimeError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise FolderError(refusal(path, why)) from None
-
-
-def refusal(path: Path, why: str) -> str:
-    """Returns the line that says why a folder cannot be written to."""
-    return f"{path}: cannot be written, {why}; must be new, or of an earlier run"
-
-
 _TAKEN = -2
 
 
 def _locked(folder: Path) -> int:
-    """Returns a descriptor of a folder that nobody else has, or `_TAKEN`.
+    """Returns a descriptor of a folder, locked for us alone, or `_TAKEN`.
 
-    The lock ends with the process. Where the file system has none, we go without.
+    The lock ends with the process. A file system without locks is used without.
     """
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
@@ -295,7 +246,7 @@ def _locked(folder: Path) -> int:
         return _TAKEN
     except OSError:
         pass
-    # Whoever had it may have removed the folder meanwhile.
+    # Whoever held the lock may have removed the folder.
     if not os.path.lexists(folder) or not os.path.samestat(
         os.fstat(descriptor), os.stat(folder)
     ):
@@ -305,7 +256,7 @@ def _locked(folder: Path) -> int:
 
 
 def _remove_empty(folder: Path, top: Path) -> None:
-    """Removes a folder and those that it is in, below `top`, while they are empty."""
+    """Removes an empty folder, and its parents below `top` while they are empty."""
     with suppress(OSError):
         while folder != top:
             folder.rmdir()

@@ -1,6 +1,5 @@
-"""Runs a scenario headless, and times its control tick."""
+"""Runs a scenario without a window, faster than real time or slower."""
 
-import dataclasses as dc
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Any
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_mobman import signals
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError
 from drake_mobman.scenario import AnyScenario
@@ -29,26 +27,17 @@ from drake_mobman.simulation.log import (
     first_not_finite,
     head,
 )
+from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.size import check_room
 from drake_mobman.ticks import at_tick, last_tick
 
+__all__ = ["Run", "simulate"]
+
 _CHUNK = 10
-"""Control periods between two looks at progress and at the state's finiteness."""
+"""Control periods after which progress is shown and the state checked."""
 
 _DRAIN = 50
-"""Chunks between two times that the log goes to disk, and all signals are looked at."""
-
-
-@dc.dataclass
-class Run:
-    """What came of a scenario."""
-
-    scenario: AnyScenario
-    log: Log  # All of it, or up to where the run died.
-    wall_time: float  # Of the simulation, logging included [s].
-    tick_times: np.ndarray  # Of control ticks, in order [s].
-    died: str = ""  # When and why, in one line; empty for a run that went through.
-    interrupted: bool = False  # Whether the user ended it.
+"""Chunks after which the log goes to disk, and all signals are checked."""
 
 
 def simulate(
@@ -56,61 +45,33 @@ def simulate(
     *,
     decomposer: Callable[[], Any] | None = None,
     progress: Callable[[float], None] | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    part: Path | None = None,
 ) -> Run:
     """Returns the run of a scenario from its start to its end, or to where it died.
 
     Args:
         scenario: checked, as `load_scenario` returns it.
         decomposer: makes a block to use instead of the scenario's decomposer.
-        progress: told the time simulated so far [s], now and then.
+        progress: called now and then with the time simulated so far [s].
+        stop: called now and then; returns whether the user wants to end the run.
+        part: a new file for the log, which is otherwise kept in memory.
 
     Raises:
-        ParameterError: where a block cannot work with its parameters, or the log would
-            not fit into memory.
+        ParameterError: where a block cannot work with its parameters, or there is no
+            room for the log.
     """
-    check_room(scenario)
-    run = simulated(scenario, decomposer=decomposer, progress=progress)
-    if not run.died:
-        run.tick_times = tick_times(scenario, decomposer)
-    return run
-
-
-def simulated(
-    scenario: AnyScenario,
-    *,
-    decomposer: Callable[[], Any] | None = None,
-    progress: Callable[[float], None] | None = None,
-    stop: Callable[[], bool] = lambda: False,
-    part: Path | None = None,
-) -> Run:
-    """Returns the same without times of control ticks, which cost a while of their own.
-
-    Args:
-        scenario: as in `simulate`.
-        decomposer: the same.
-        progress: the same.
-        stop: asked now and then whether the user wants it to end.
-        part: a new file for the log, which else is held in memory.
-
-    Raises:
-        ParameterError: where a block cannot work with its parameters.
-    """
+    check_room(scenario, part)
     start = time.perf_counter()
-    died, interrupted, logged = "", False, _Logged(part)
+    died, interrupted, setup, logged = "", False, None, _Logged(part)
     try:
-        diagram = make_diagram(scenario, decomposer=decomposer and decomposer())
-        simulator = logged.simulator = Simulator(diagram)
-        start = time.perf_counter()  # To build is not to simulate.
-        simulator.Initialize()
-        for i, end in enumerate(_chunk_ends(scenario.in_whole_steps()), 1):
-            if stop():
-                raise KeyboardInterrupt
-            simulator.AdvanceTo(end)
-            check_state_finite(diagram, simulator.get_context())
-            if i % _DRAIN == 0:
-                logged.drain()
-            if progress:
-                progress(end)
+        whole = scenario.in_whole_steps()
+        setup = whole.setup()
+        block = decomposer and decomposer()
+        diagram = make_diagram(scenario, setup, decomposer=block)
+        logged.simulator = Simulator(diagram)
+        start = time.perf_counter()  # Building does not count.
+        _advance(whole, logged, progress, stop)
     except ParameterError:
         raise
     except KeyboardInterrupt:
@@ -118,24 +79,46 @@ def simulated(
     except FAILURES as error:
         died = logged.death(error)
     wall_time = time.perf_counter() - start
-    try:
-        logged.drain()
-    except Exception as error:
-        died = died or died_at(logged.time(), reason(error))
-    if not died.startswith(logged.died):
-        died = logged.died
-    return Run(scenario, logged.log(), wall_time, np.zeros(0), died, interrupted)
+    died = logged.completed(died)
+    return Run(
+        scenario,
+        logged.log(),
+        wall_time,
+        died=died,
+        interrupted=interrupted,
+        built_with=setup,
+    )
+
+
+def _advance(
+    scenario: AnyScenario,
+    logged: "_Logged",
+    progress: Callable[[float], None] | None,
+    stop: Callable[[], bool],
+) -> None:
+    """Advances the simulator to the end, unless the user ends it."""
+    simulator = logged.simulator
+    simulator.Initialize()
+    for i, end in enumerate(_chunk_ends(scenario), 1):
+        if stop():
+            raise KeyboardInterrupt
+        simulator.AdvanceTo(end)
+        check_state_finite(simulator.get_system(), simulator.get_context())
+        if i % _DRAIN == 0:
+            logged.drain()
+        if progress:
+            progress(end)
 
 
 class _Logged:
-    """What a simulator has logged: in memory, or in a file that grows with it."""
+    """What a simulator has logged, in memory or in a growing file."""
 
     def __init__(self, part: Path | None) -> None:
         self.simulator: Any = None
         self._part = part
         self._pieces: list[Log] = []
-        self._complete = False  # Whether nothing may come after what there is.
-        self.died = ""  # When and why that is so: a signal was not finite.
+        self._complete = False  # Whether nothing more may be added.
+        self.died = ""  # When and why: a signal was not finite.
 
     def time(self) -> float:
         """Returns how far the simulator has come [s]."""
@@ -148,15 +131,15 @@ class _Logged:
         return death(self.simulator.get_system(), self.simulator.get_context(), error)
 
     def drain(self) -> None:
-        """Takes what has been logged since the last call from the simulator.
+        """Moves what was logged since the last call out of the simulator.
 
         Raises:
-            ArithmeticError: where that is not finite; what came before is kept.
+            ArithmeticError: where it is not finite; what came before is kept.
             OSError: where it cannot be written.
         """
         if self._complete or not self.simulator:
             return
-        self._complete = True  # Unless all of it gets there.
+        self._complete = True  # Unless all of it is moved.
         log = drained_log(self.simulator.get_system(), self.simulator.get_context())
         found = first_not_finite(log)
         finite = head(log, found[0] if found else len(log["time"]))
@@ -170,6 +153,14 @@ class _Logged:
             self.died = died_at(log["time"][found[0]], why)
             raise ArithmeticError(why)
         self._complete = False
+
+    def completed(self, died: str) -> str:
+        """Drains the rest of the log; returns when and why the run died, if it did."""
+        try:
+            self.drain()
+        except Exception as error:
+            died = died or died_at(self.time(), reason(error))
+        return died if died.startswith(self.died) else self.died
 
     def log(self) -> Log:
         """Returns all of it."""
@@ -187,45 +178,3 @@ def _chunk_ends(scenario: AnyScenario) -> Iterator[float]:
     for k in range(_CHUNK, last_tick(duration, period), _CHUNK):
         yield k * period
     yield at_tick(duration, period)
-
-
-def tick_times(
-    scenario: AnyScenario,
-    decomposer: Callable[[], Any] | None = None,
-    *,
-    most: int = 1000,
-) -> np.ndarray:
-    """Returns how long each of the first control ticks takes [s].
-
-    A tick goes from reading the command, or where the hand is, to the joint and base
-    commands. It is timed in a run of its own, without loggers, which would have had all
-    signals evaluated before the clock starts.
-
-    Args:
-        scenario: as in `simulate`.
-        decomposer: the same.
-        most: how many ticks to time.
-    """
-    scenario = scenario.in_whole_steps()
-    block = decomposer and decomposer()
-    diagram = make_diagram(scenario, decomposer=block, logged=False)
-    simulator = Simulator(diagram)
-    simulator.Initialize()
-    context = simulator.get_context()
-    given, wanted = (
-        [diagram.GetOutputPort(name) for name in names if diagram.HasOutputPort(name)]
-        for names in (
-            (f"source.{signals.EE_COMMAND}", signals.EE_CYLINDRICAL, signals.P_BT),
-            (signals.BASE_COMMAND_SMOOTHED, signals.ARM_VELOCITY_COMMAND),
-        )
-    )
-    times = []
-    for k in range(min(most, last_tick(scenario.duration, scenario.period))):
-        simulator.AdvanceTo(k * scenario.period)
-        for port in given:
-            port.Eval(context)
-        start = time.perf_counter()
-        for port in wanted:
-            port.Eval(context)
-        times.append(time.perf_counter() - start)
-    return np.array(times)

@@ -1,4 +1,4 @@
-"""How much a scenario would simulate and log, before any of it is done."""
+"""Whether there is room for a scenario's log, before anything is simulated."""
 
 import os
 import shutil
@@ -6,32 +6,30 @@ from pathlib import Path
 
 from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robots.servo import Servo
 from drake_mobman.scenario import AnyScenario
 
 _NUMBER = 8
 """Bytes of a number."""
 
 _TWICE = 2
-"""A log is on disk, or in memory, twice for a while."""
+"""A log is on disk, or in memory, twice for some time."""
 
 _WIDE = 500
-"""Numbers in a sample of the log that none exceeds by far."""
+"""Numbers in a sample of the log: more than any scenario has."""
 
 _MOST_STEPS = 10_000
-"""Of the plant in a control period."""
+"""Steps of the plant in a control period."""
 
 
 def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
-    """Finds out whether there is room for a scenario's log.
+    """Checks that there is room for a scenario's log.
 
     Args:
         scenario: checked, as `load_scenario` returns it.
-        folder: where the log goes, or where its first parent that exists is; without
-            one, it goes into memory.
+        folder: where the log goes, which need not exist; into memory unless given.
 
     Raises:
-        ParameterError: where there is not, or where it would never end.
+        ParameterError: where there is no room, or where the run would never end.
     """
     _check_steps(scenario)
     samples = scenario.duration / scenario.period + 1
@@ -49,14 +47,15 @@ def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
 
 
 def _check_steps(scenario: AnyScenario) -> None:
-    if isinstance(scenario.fidelity, Servo):
-        steps = scenario.period / scenario.fidelity.step
-        if steps > _MOST_STEPS:
-            valid = (
-                f"makes {steps:.4g} steps of the plant in a control period of "
-                f"{scenario.period:g} s; must make at most {_MOST_STEPS}"
-            )
-            raise ParameterError("fidelity.step", scenario.fidelity.step, valid)
+    """Raises `ParameterError` where a plant makes too many steps, if there is one."""
+    step = getattr(scenario.fidelity, "step", scenario.period)
+    steps = scenario.period / step
+    if steps > _MOST_STEPS:
+        valid = (
+            f"makes {steps:.4g} steps of the plant in a control period of "
+            f"{scenario.period:g} s; must make at most {_MOST_STEPS}"
+        )
+        raise ParameterError("fidelity.step", step, valid)
 
 
 def _numbers(scenario: AnyScenario) -> int:

@@ -1,7 +1,7 @@
-"""Asked to end: by Ctrl-C, by `kill`, or by a terminal that closes.
+"""Ending on the user's wish: by Ctrl-C, by `kill`, or by closing the terminal.
 
-A signal only notes that the user wants to end. Whoever works looks at that where he can
-end without a loss; so nothing is cut off in the middle of a file, at any moment.
+A signal only sets a flag. The work checks it where it can end without a loss; so
+no file is ever cut off in the middle.
 """
 
 import signal
@@ -15,15 +15,15 @@ NUMBERS = tuple(
     for name in ("SIGINT", "SIGTERM", "SIGHUP")
     if hasattr(signal, name)
 )
-"""Signals that ask to end."""
+"""Signals by which a user ends a process."""
 
 _T = TypeVar("_T")
 
 
 class Stop:
-    """Whether the user has asked to end; while entered, signals say so.
+    """Whether the user wants to end; while entered, it takes the signals.
 
-    One that the process was told to ignore, as by `nohup`, is ignored.
+    A signal that the process ignores, as under `nohup`, stays ignored.
     """
 
     def __init__(self) -> None:
@@ -32,12 +32,12 @@ class Stop:
         self._before: dict[int, Any] = {}
 
     def __call__(self) -> bool:
-        """Returns whether it was asked."""
+        """Returns whether the user wants to end."""
         return bool(self.received)
 
     @property
     def status(self) -> int:
-        """Returns the exit status by which a shell knows the first signal, or 0."""
+        """Returns the exit status for the first signal, as shells have it, or 0."""
         return 128 + self.received[0] if self.received else 0
 
     def __enter__(self) -> Self:
@@ -52,12 +52,12 @@ class Stop:
             signal.signal(number, handler)
 
     def cut_short(self, signals: int, work: Callable[[], _T]) -> _T:
-        """Returns what `work` returns, unless there have been so many signals by then.
+        """Returns what `work` returns, unless so many signals come before its end.
 
-        It may be ended anywhere: it writes nothing.
+        `work` may be ended anywhere, so it must write nothing.
 
         Raises:
-            KeyboardInterrupt: if there have.
+            KeyboardInterrupt: if they do.
         """
         if len(self.received) >= signals:
             raise KeyboardInterrupt
@@ -65,7 +65,7 @@ class Stop:
             self._raises_at = signals
             return work()
         finally:
-            # Python looks for signals at calls: there is none between work and this.
+            # Python takes signals at calls, and there is none between `work` and this.
             self._raises_at = None
 
     def _take(self, number: int, _frame: FrameType | None) -> None:

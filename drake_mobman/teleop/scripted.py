@@ -68,6 +68,7 @@ class Script:
     fed: ClassVar[bool] = False
     finite: ClassVar[bool] = True
 
+    # One after the other.
     segments: list[Held | Smooth] = dc.field(default_factory=list)
     repeat: int = 1  # How many times the segments are run.
 

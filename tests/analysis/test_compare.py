@@ -7,7 +7,6 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from drake_mobman.diagrams import teleop
 from matplotlib.figure import Figure
 from pydrake.systems.framework import LeafSystem
 from typer.testing import CliRunner
@@ -17,9 +16,9 @@ from drake_mobman.analysis.compare import (
     chosen_decomposers,
     compared,
     decomposers_by_name,
-    markdown_table,
     with_each,
 )
+from drake_mobman.analysis.markdown import markdown_table
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.cli import app as cli
 from drake_mobman.decomposers.blending import Blending
@@ -86,14 +85,10 @@ def dying(monkeypatch):
                 raise RuntimeError("the law | fell over [here]")
             output.SetFromVector(np.zeros(output.size()))
 
-    make = teleop.make_decomposer
+    def build(_self, setup):
+        return Dying(setup.arm.num_joints)
 
-    def made(scenario, *rest):
-        if isinstance(scenario.decomposer, Switching):
-            return Dying(scenario.robot.arm().num_joints)
-        return make(scenario, *rest)
-
-    monkeypatch.setattr(teleop, "make_decomposer", made)
+    monkeypatch.setattr(Switching, "build", build)
 
 
 def test_names_are_those_that_a_scenario_takes():
@@ -152,13 +147,18 @@ def test_own_decomposer_keeps_its_parameters_and_others_have_defaults(tmp_path):
     sets = ["--set", "duration=1", "--set", "decomposer.alpha=9"]
     compare("kwon_1", *BOTH, "--out", tmp_path, *sets)
     params = content_of(tmp_path / "kwon_1")["decomposers"]
+    projection = {"projection": {"sigma": 0.5}}
     assert params == {
-        "blending": {"alpha": 9.0, "beta": 21.0, "share": "tanh"},
-        "switching": {},
+        "blending": {"alpha": 9.0, "beta": 21.0, "share": "tanh"} | projection,
+        "switching": projection,
     }
     scenario = load_scenario("kwon_1", ["decomposer=switching"])
     variants = with_each(scenario, chosen_decomposers(["blending"]))
     assert variants["blending"].decomposer == Blending()
+    # How the base's speed follows from its share is the same for all.
+    scenario = load_scenario("kwon_1", ["decomposer.projection.sigma=0.3"])
+    variants = with_each(scenario, chosen_decomposers(["switching"]))
+    assert variants["switching"].decomposer.projection.sigma == 0.3
     # How sharp goes by the size of the workspace; the share is the decomposer's own.
     scenario = load_scenario("kwon_franka")
     variants = with_each(scenario, chosen_decomposers(["blending", "diffik"]))
@@ -216,9 +216,10 @@ def test_a_decomposer_that_cannot_be_built_is_refused_before_anything_runs(
     def picky(*_):
         raise ParameterError("robot", "Planar", "must be another")
 
-    monkeypatch.setattr("drake_mobman.analysis.compare.make_decomposer", picky)
+    monkeypatch.setattr(Switching, "build", picky)
     line = refused("kwon_1", *BOTH, "--out", tmp_path / "cmp")
-    assert "kwon_1: with decomposer=blending: robot: 'Planar' is not valid" in line
+    assert "with decomposer=switching: decomposer.robot: 'Planar' is not valid" in line
+    assert "kwon_1: " in line
     assert list(tmp_path.iterdir()) == []
 
 
@@ -284,7 +285,7 @@ def test_ctrl_c_ends_it_and_keeps_what_was_done(tmp_path, monkeypatch):
 
         yield progress
 
-    monkeypatch.setattr(cli, "progress_bar", impatient)
+    monkeypatch.setattr("drake_mobman.cli.compare.progress_bar", impatient)
     command = ["kwon_1", "kwon_3", "kwon_2", *BOTH]
     result = compare(*command, "--out", tmp_path, "--set", "duration=1")
     assert result.exit_code == 130

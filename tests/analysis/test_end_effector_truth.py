@@ -12,7 +12,8 @@ from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.console.mailbox import OperatorInput
-from drake_mobman.console.session import LiveSession, hand_error
+from drake_mobman.console.session import LiveSession
+from drake_mobman.console.tracking_error import tracking_error
 from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.end_effector import ee_states
@@ -94,7 +95,7 @@ def test_a_law_that_takes_the_arm_for_another_is_found_out(fidelity):
     """It thinks the shoulder 0.2 m nearer to the middle than it is."""
     scenario = load_scenario(
         "kwon_arbitrary", ["decomposer=exact", "duration=9", f"fidelity={fidelity}"]
-    )[1]
+    )
     scenario = dc.replace(scenario, robot=Planar(shoulder_aside=0.2))
     straight = dc.replace(scenario, robot=Planar())
     right = metrics(simulate(scenario))
@@ -144,7 +145,7 @@ def test_live_error_is_the_metrics_own(name):
     model = RobotModel(run.scenario.robot)
     for k in (1, 150, 300, 599):
         last = {signal: x[k - 1 : k + 1] for signal, x in run.log.items()}
-        found = hand_error(run.scenario, model, last)
+        found = tracking_error(run.scenario, model, last)
         assert found == pytest.approx(errors[k], abs=1e-12)
     # The hand is led at 0.2 m/s and more, and follows.
     assert np.abs(run.log[signals.EE_COMMAND]).max() >= 0.2
@@ -157,12 +158,12 @@ def test_a_session_of_a_robot_with_masses_shows_a_hand_that_follows():
         start = time.monotonic()
         for sequence in range(200):
             driving = time.monotonic() - start > 0.5
-            session.tell(OperatorInput(sequence, v_c=0.2 * driving, dead_man=driving))
+            session.send(OperatorInput(sequence, v_c=0.2 * driving, dead_man=driving))
             time.sleep(0.02)
             snapshot = session.snapshot()
             moving = snapshot.signals.get(signals.EE_COMMAND, (0.0,))[0] == 0.2
             if moving:
-                seen.append(snapshot.hand_error)
+                seen.append(snapshot.tracking_error)
     assert len(seen) > 20
     # A start from rest is a tick's lag; all that comes after is what a servo lacks.
     assert np.median(seen) < 0.01

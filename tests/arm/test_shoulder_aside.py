@@ -13,7 +13,7 @@ import pytest
 from drake_mobman import signals
 from drake_mobman.base.smoother import Smoother
 from drake_mobman.base.unsmoothed import Unsmoothed
-from drake_mobman.console.session import Snapshot
+from drake_mobman.console.snapshot import Snapshot
 from drake_mobman.console.state import state
 from drake_mobman.parameters import checked
 from drake_mobman.robot_model import RobotModel

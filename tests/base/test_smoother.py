@@ -132,9 +132,12 @@ def test_what_is_not_a_number_is_a_stop(params, bad):
 
 
 def test_command_passes_as_it_is_where_smoothing_is_off():
-    loop = Loop(Unsmoothed())
-    assert loop.context.num_total_states() == 0
-    assert (loop.sent([9.0, -9.0]) == [9.0, -9.0]).all()
+    block = Unsmoothed().build(None)
+    context = block.CreateDefaultContext()
+    assert context.num_total_states() == 0
+    for raw, passed in (([9.0, -9.0], [9.0, -9.0]), ([math.nan, math.inf], [0, 0])):
+        block.get_input_port().FixValue(context, raw)
+        assert (block.get_output_port().Eval(context) == passed).all()
 
 
 def test_ports_have_the_names_and_sizes_of_the_contract():

@@ -154,7 +154,7 @@ def test_the_decomposer_names_the_end_that_holds_the_base(made, fed, outputs):
         context = fed(
             block,
             ee_command=(0, 0, 0),
-            workspace=at,
+            ee_cylindrical=at,
             arm_position=q,
             base_command_smoothed=(0, 0),
         )

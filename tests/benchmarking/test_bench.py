@@ -1,39 +1,39 @@
 """The benchmark times what it says, alike for all. What a clock says is not tested."""
 
+import functools
 import gc
 import json
 import re
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from drake_mobman import signals
-from drake_mobman.analysis import compare
 from drake_mobman.analysis.compare import decomposers_by_name
 from drake_mobman.arm.limits import JointLimits
-from drake_mobman.benchmarking import bench, real_time
-from drake_mobman.benchmarking.bench import report, tick_costs
+from drake_mobman.benchmarking import bench
+from drake_mobman.benchmarking.case import BenchmarkCase, Block
 from drake_mobman.benchmarking.cases import (
     BLOCK,
     COMPILED,
-    DENSE_SOLVERS,
     LAW,
     NOTHING,
     REFERENCE,
     SOLVER,
-    BenchmarkCase,
-    Block,
+    benchmark_cases,
+)
+from drake_mobman.benchmarking.costs import tick_costs
+from drake_mobman.benchmarking.optimization_case import Solution, Solver
+from drake_mobman.benchmarking.programs import (
+    DENSE_SOLVERS,
     DenseProgram,
     RebuiltProgram,
-    Solution,
-    Solver,
-    benchmark_cases,
     installed_solvers,
-    recorded_ticks,
 )
 from drake_mobman.benchmarking.real_time import (
     bare_plant,
@@ -43,11 +43,11 @@ from drake_mobman.benchmarking.real_time import (
     threading_ratios,
     wall_time,
 )
+from drake_mobman.benchmarking.tables import report
+from drake_mobman.benchmarking.ticks import recorded_ticks
 from drake_mobman.cli import app as cli
 from drake_mobman.decomposers.optimization import OptimizationDecomposer
 from drake_mobman.decomposers.qp import Qp, QpDecomposer
-from drake_mobman.decomposers.switching import Switching
-from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.robots.planar import Planar
 from drake_mobman.scenario import load_scenario
@@ -200,7 +200,7 @@ class Clock:
 
     now = 0.0
 
-    def perf_counter(self):
+    def __call__(self):
         return self.now
 
 
@@ -224,10 +224,8 @@ class Spender(BenchmarkCase):
 
 
 @pytest.fixture
-def clock(monkeypatch):
-    clock = Clock()
-    monkeypatch.setattr(bench, "time", clock)
-    return clock
+def clock():
+    return Clock()
 
 
 def test_costs_are_of_the_act_alone_and_ratios_are_by_turns(clock):
@@ -236,7 +234,7 @@ def test_costs_are_of_the_act_alone_and_ratios_are_by_turns(clock):
     one = Spender(clock, cost.__getitem__)
     three = Spender(clock, lambda tick: 3 * cost[tick] + 6e-6 * (tick < 3))
     entered = {LAW: {REFERENCE: one, "other": three}}
-    costs = tick_costs(entered, list(range(6)), turns=2)
+    costs = tick_costs(entered, list(range(6)), turns=2, clock=clock)
     reference, other = costs[LAW][REFERENCE], costs[LAW]["other"]
     assert reference["mean_us"] == pytest.approx(3)
     assert reference["median_us"] == pytest.approx(1.5)
@@ -261,7 +259,7 @@ def test_everyone_gets_every_tick_once_and_the_first_of_a_turn_changes(clock):
 
         entered[LAW][name] = Spender(clock, spent)
     entered[BLOCK] = entered[LAW]
-    tick_costs(entered, list(range(7)), turns=3)
+    tick_costs(entered, list(range(7)), turns=3, clock=clock)
     warm_up, counted = begun[:21], begun[21:]
     assert {name for name, _ in warm_up} == set(names)
     # Two ticks to a turn; the odd one is left.
@@ -277,7 +275,7 @@ def test_ticks_in_which_nothing_is_found_are_counted(clock):
             "lost": Spender(clock, lambda _: 1e-6, found=None),
         }
     }
-    costs = tick_costs(entered, list(range(6)), turns=2)[LAW]
+    costs = tick_costs(entered, list(range(6)), turns=2, clock=clock)[LAW]
     assert (costs[REFERENCE]["unsolved"], costs["lost"]["unsolved"]) == (0, 6)
 
 
@@ -295,7 +293,7 @@ def test_garbage_collection_is_as_it_was(clock, enabled):
     (gc.enable if enabled else gc.disable)()
     try:
         with pytest.raises(ArithmeticError):
-            tick_costs({LAW: {REFERENCE: spender}}, [1, 2, 3], 3)
+            tick_costs({LAW: {REFERENCE: spender}}, [1, 2, 3], 3, clock)
         assert gc.isenabled() == enabled
     finally:
         (gc.enable if before else gc.disable)()
@@ -330,30 +328,29 @@ def test_simulators_advance_by_the_stretch_alone_and_in_threads(scenario):
     seen = []
     for simulator in pair:
         simulator.set_monitor(lambda _: seen.append(threading.get_ident()))
-    with real_time.ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(2) as pool:
         assert wall_time(pair, 0.25, pool) > 0
     assert [s.get_context().get_time() for s in pair] == [0.75, 0.75]
     assert threading.get_ident() not in seen
 
 
-@pytest.fixture
-def half_a_second(monkeypatch):
-    """Has everything take half a second; what was asked to, is returned."""
-    asked = []
+class HalfASecond:
+    """A clock by which everything takes half a second; it notes what that was."""
 
-    def wall_time(simulators, stretch, pool=None):
+    def __init__(self):
+        self.timed = []
+
+    def __call__(self, simulators, stretch, pool=None):
         for simulator in simulators:
             simulator.AdvanceTo(simulator.get_context().get_time() + stretch)
-        asked.append((len(simulators), stretch, pool is not None))
+        self.timed.append((len(simulators), stretch, pool is not None))
         return 0.5
 
-    monkeypatch.setattr(real_time, "wall_time", wall_time)
-    return asked
 
-
-def test_factors_are_simulated_over_wall_time_within_the_scenario(half_a_second):
+def test_factors_are_simulated_over_wall_time_within_the_scenario():
+    clock = HalfASecond()
     scenario = load_scenario("petric_teleop", ["duration=0.9"])
-    factors = real_time_factors(scenario, turns=2, stretch=2.0)
+    factors = real_time_factors(scenario, 2, stretch=2.0, timed=clock)
     # Three stretches, the first to warm up, fill the scenario.
     assert {name: len(taken) for name, taken in factors.items()} == {
         "python": 2,
@@ -362,14 +359,15 @@ def test_factors_are_simulated_over_wall_time_within_the_scenario(half_a_second)
     }
     for taken in factors.values():
         assert taken == pytest.approx([0.3 / 0.5] * 2)
-    assert half_a_second == [(1, pytest.approx(0.3), False)] * 9
+    assert clock.timed == [(1, pytest.approx(0.3), False)] * 9
 
 
-def test_threading_ratio_is_of_both_at_once_to_one_alone(half_a_second, scenario):
-    ratios = threading_ratios(scenario, turns=2, stretch=0.1)
+def test_threading_ratio_is_of_both_at_once_to_one_alone(scenario):
+    clock = HalfASecond()
+    ratios = threading_ratios(scenario, turns=2, stretch=0.1, timed=clock)
     assert ratios == [1.0, 1.0]
     alone, both = (1, 0.1, False), (2, 0.1, True)
-    assert half_a_second == [alone, alone, both] * 3
+    assert clock.timed == [alone, alone, both] * 3
 
 
 # The command.
@@ -381,11 +379,10 @@ def run_bench(*arguments):
 
 @pytest.fixture
 def few(monkeypatch):
-    """Has two scenarios stand for all."""
-    paths = bench.scenario_paths()
-    chosen = {name: paths[name] for name in ("kwon_1", "petric_behind")}
-    monkeypatch.setattr(bench, "scenario_paths", lambda: chosen)
-    monkeypatch.setattr(bench, "_STRETCH", 0.02)
+    """Has two scenarios, run for a moment, stand for all."""
+    names = ("kwon_1", "petric_behind")
+    brief = functools.partial(bench.bench, names=names, stretch=0.02)
+    monkeypatch.setattr(bench, "bench", brief)
 
 
 def tables_of(text):
@@ -451,19 +448,14 @@ def test_without_the_solvers_the_rest_runs_and_says_how_to_get_them(monkeypatch)
     assert "blending" in result.stdout
 
 
-def test_what_cannot_compete_is_left_out_and_said(monkeypatch):
-    def picky(variant, model):
-        if isinstance(variant.decomposer, Switching):
-            raise ParameterError("robot", "Planar", "must be another")
-        return make(variant, model)
-
-    make = compare.make_decomposer
-    monkeypatch.setattr(compare, "make_decomposer", picky)
-    scenario = load_scenario("kwon_1")
+def test_what_cannot_be_built_is_left_out_and_listed():
+    # An arm too short for a velocity field.
+    short = ["start.l=0.45", "robot={upper_link: 0.2, lower_link: 0.25}"]
+    scenario = load_scenario("kwon_1", short)
     entered, missing = benchmark_cases(scenario)
-    line = "with decomposer=switching: robot: 'Planar' is not valid; must be another"
-    assert line in missing
-    assert "switching" not in entered[BLOCK]
+    (line,) = [line for line in missing if "velocityfield" in line]
+    assert line.startswith("with decomposer=velocityfield: decomposer.Delta_r: 0.1 is")
+    assert "velocityfield" not in entered[BLOCK]
     assert "blending" in entered[BLOCK]
 
 

@@ -15,6 +15,7 @@ import urllib.request
 import zipfile
 from contextlib import contextmanager
 from http.cookiejar import CookieJar
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +23,11 @@ import pytest
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
+from drake_mobman import __version__
 from drake_mobman.cli.app import app
 from drake_mobman.console.panel_process import EXPOSED
 
-MOBMAN = [sys.executable, "-m", "drake_mobman.cli.app"]
+MOBMAN = [sys.executable, "-m", "drake_mobman"]
 QUICK = ["--no-figures", "--set", "duration=0.5"]
 
 
@@ -128,6 +130,38 @@ def test_run_again_replaces_the_old_run_whole(tmp_path):
         "kwon_1/metrics.json",
         "kwon_1/scenario.yaml",
     ]
+
+
+def test_json_is_all_there_is_on_the_standard_output(tmp_path):
+    command = [*MOBMAN, "run", "kwon_1", "petric_guided", "--json", *QUICK]
+    done = subprocess.run(
+        [*command, "--out", tmp_path], capture_output=True, text=True, check=True
+    )
+    assert done.stderr == ""
+    content = json.loads(done.stdout)
+    assert list(content) == ["kwon_1", "petric_guided"]
+    for name, one in content.items():
+        assert one["folder"] == str(tmp_path / name)
+        assert one["status"] == 0
+        written = json.loads((tmp_path / name / "metrics.json").read_text())
+        assert one["metrics"] == written
+
+
+def test_json_of_a_run_that_died_says_so(tmp_path, monkeypatch):
+    def full(*_args, **_kwargs):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(zipfile.ZipFile, "open", full)
+    result = mobman("run", "kwon_1", "--json", "--out", tmp_path, *QUICK)
+    assert result.exit_code == 1
+    assert "not written" in result.stderr
+    one = json.loads(result.stdout)["kwon_1"]
+    assert (one["metrics"], one["status"]) == (None, 1)
+
+
+def test_json_of_bad_input_is_nothing(tmp_path):
+    line = refused("run", "nosuch", "--json", "--out", tmp_path)
+    assert "no such scenario" in line
 
 
 @pytest.mark.parametrize(
@@ -271,6 +305,58 @@ def test_help_does_not_wait_for_drake():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_version_is_that_of_the_package_and_of_drake():
+    result = mobman("--version")
+    assert result.exit_code == 0
+    assert result.stdout.startswith(f"mobman {__version__}, Drake {version('drake')}, ")
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "bench", "drive", "graph"])
+def test_help_says_what_each_option_is_for(command):
+    result = mobman(command, "--help")
+    assert result.exit_code == 0
+    assert all(line.isascii() and len(line) <= 80 for line in result.stdout.split("\n"))
+    options = re.findall(r"^  (--[a-z-]+)(.*(?:\n {10,}.*)*)", result.stdout, re.M)
+    assert len(options) >= 2
+    for name, text in options:
+        assert re.search(r" {2,}[A-Z][a-z]+ \S+", text), name
+
+
+def completed(*words):
+    """Returns what the shell offers where Tab is pressed after the last word."""
+    environment = os.environ | {
+        "_MOBMAN_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(words),
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    done = subprocess.run(
+        MOBMAN, capture_output=True, text=True, check=False, env=environment
+    )
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+def test_shell_completes_commands_and_names_of_scenarios():
+    assert completed("mobman", "co") == ["compare"]
+    for command in ("run", "compare", "drive", "graph", "field", "bench"):
+        offered = completed("mobman", command, "petric_b")
+        assert offered == ["petric_behind", "petric_behind_near"]
+    assert completed("mobman", "run", "kwon_1", "kwon_sp") == ["kwon_spatial"]
+    assert completed("mobman", "run", "./mine") == []
+    assert "--install-completion" in mobman("--help").stdout
+
+
+def test_completion_does_not_wait_for_drake():
+    code = (
+        "import sys\n"
+        "from drake_mobman.cli.options import completed_scenarios\n"
+        "assert 'kwon_spatial' in completed_scenarios('kwon')\n"
+        "heavy = {'pydrake', 'matplotlib', 'numpy', 'scipy'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_graph_names_every_block_and_signal(tmp_path):
     file = tmp_path / "new" / "teleop.dot"
     assert mobman("graph", "kwon_1", "--out", file).exit_code == 0
@@ -364,7 +450,7 @@ def test_disk_that_is_full_leaves_the_old_run_as_it_was(tmp_path, monkeypatch):
 @contextmanager
 def driving(*arguments, code="", **options):
     """Gives a process of `mobman drive`, before which `code` runs, and its address."""
-    code = f"{code}\nfrom drake_mobman.cli.app import main\nmain()"
+    code = f"{code}\nfrom drake_mobman.__main__ import main\nmain()"
     process = subprocess.Popen(
         [sys.executable, "-u", "-c", code, "drive", *arguments, "--port", "0"],
         stdout=subprocess.PIPE,

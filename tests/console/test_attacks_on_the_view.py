@@ -22,11 +22,11 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from drake_mobman.console.panel_process import PanelProcess, free_place
-from drake_mobman.console.plain import HOLD, RESET, STOP
-from drake_mobman.console.server import listening
+from drake_mobman.console.addresses import free_address, listening
+from drake_mobman.console.meshcat_panel import HOLD, RESET, STOP
+from drake_mobman.console.panel_process import PanelProcess
 from drake_mobman.console.session import LiveSession
-from drake_mobman.meshcat import sealed_meshcat, unguessed_host
+from drake_mobman.meshcat import offline_meshcat, random_loopback_host
 from drake_mobman.scenario import load_scenario
 from drake_mobman.teleop.gate import Arming, GateStatus
 
@@ -125,7 +125,7 @@ def ports_of(pid):
 def mobman_drive(*arguments):
     """Runs `mobman drive`; gives the process and the address it prints."""
     process = subprocess.Popen(
-        [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive", *arguments],
+        [sys.executable, "-u", "-m", "drake_mobman", "drive", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -190,7 +190,7 @@ def test_picture_is_reached_by_nobody_and_no_frame_ends_the_session():
 def test_meshcat_that_only_draws_is_reached_by_nobody():
     before = ports_of(os.getpid())
     for _ in range(3):
-        meshcat = sealed_meshcat()
+        meshcat = offline_meshcat()
         assert ports_of(os.getpid()) == before
         url = meshcat.web_url()
         with pytest.raises(OSError, match="refused"):
@@ -201,11 +201,11 @@ def test_meshcat_that_only_draws_is_reached_by_nobody():
 
 
 def test_addresses_are_of_this_machine_alone_and_not_guessed():
-    hosts = [unguessed_host() for _ in range(50)]
+    hosts = [random_loopback_host() for _ in range(50)]
     assert all(re.fullmatch(r"127(\.\d+){3}", host) for host in hosts)
     if sys.platform == "linux":
         assert len(set(hosts)) == 50
-        assert free_place().host not in {"127.0.0.1", *hosts}
+        assert free_address().host not in {"127.0.0.1", *hosts}
 
 
 # --- By the console's own port -------------------------------------------------------
@@ -327,6 +327,7 @@ def test_viewer_who_does_not_listen_holds_up_nobody(own):
         assert "/world" in seen[0]["poses"]  # Who comes later is told all.
 
 
+@pytest.mark.browser
 @pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 def test_page_says_why_there_is_no_picture_and_shows_it_again_by_itself():
     playwright_api = pytest.importorskip("playwright.sync_api")
@@ -339,7 +340,7 @@ def test_page_says_why_there_is_no_picture_and_shows_it_again_by_itself():
         page.route("**/view/", lambda route: route.abort())
         page.goto(address)
         notice = page.locator(".still")
-        no_picture, stands_still = "No picture: it did", "The picture stands still"
+        no_picture, frozen = "No picture: it did", "The picture is frozen"
 
         def says(text):
             page.wait_for_function(
@@ -359,7 +360,7 @@ def test_page_says_why_there_is_no_picture_and_shows_it_again_by_itself():
         page.unroute("**/view/")
         shows_it()
         process.send_signal(signal.SIGSTOP)
-        says(stands_still)
+        says(frozen)
         process.send_signal(signal.SIGCONT)
         shows_it()
         browser.close()
@@ -503,7 +504,7 @@ def test_panel_that_is_ended_frozen_or_killed_stops_the_robot_and_comes_back():
     said = []
     scenario = load_scenario("kwon_arbitrary", ["gate.fresh=0.5"])
     with LiveSession(scenario) as session:
-        panel = PanelProcess(session, free_place(), said.append)
+        panel = PanelProcess(session, free_address(), said.append)
         thread = threading.Thread(target=panel.run)
         thread.start()
         try:
@@ -516,8 +517,8 @@ def test_panel_that_is_ended_frozen_or_killed_stops_the_robot_and_comes_back():
             thread.join(PATIENCE)
         assert not thread.is_alive()
     assert len(said) == 3
-    assert said[0] == "the panel has ended; the robot stops, it is started again"
-    assert "is not heard any more" in said[1]
+    assert said[0] == "the panel has ended; the robot stops, it starts again"
+    assert "does not respond" in said[1]
 
 
 def ended_while_driving(panel, session, wrong):
@@ -562,7 +563,7 @@ def test_drive_from_meshcats_panel_ends_when_told_even_if_meshcat_is_dead(way):
         assert process.returncode == (-way if way == signal.SIGKILL else 0)
         # It says what it exposes, before anything else.
         first = errors.splitlines()[0]
-        assert first.startswith("mobman: Meshcat's panel asks nobody who they are")
+        assert first.startswith("mobman: Meshcat's panel has no login")
         assert "Traceback" not in errors
         for member in family | family_of(process.pid):
             until(lambda member=member: not is_alive(member), "its processes are gone")
@@ -576,6 +577,6 @@ def is_alive(pid):
 
 def test_panel_is_refused_where_it_cannot_be_served():
     with pytest.raises(OSError, match="1024 or above"):
-        free_place(80)
+        free_address(80)
     with listening(port=0) as taken, pytest.raises(OSError, match="in use"):
-        free_place(taken.getsockname()[1])
+        free_address(taken.getsockname()[1])

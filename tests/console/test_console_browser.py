@@ -22,10 +22,11 @@ from playwright.sync_api import sync_playwright
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from drake_mobman.console.plain import Panel
-from drake_mobman.console.server import Server, listening
+from drake_mobman.console.addresses import listening
+from drake_mobman.console.meshcat_panel import MeshcatPanel
+from drake_mobman.console.server import Server
 from drake_mobman.console.session import LiveSession
-from drake_mobman.console.view import DRAGS
+from drake_mobman.console.view import CAN_DRAG
 from drake_mobman.meshcat import local_meshcat
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
@@ -33,7 +34,10 @@ from drake_mobman.teleop.gate import Arming, GateStatus
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium"),
+]
 
 FLAGS = [
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
@@ -62,7 +66,7 @@ def server(session):
     server = Server("kwon_arbitrary", session, listening(port=0))
     thread = threading.Thread(target=server.run)
     thread.start()
-    until(lambda: server.serves, "it serves")
+    until(lambda: server.started, "it serves")
     yield server
     server.close()
     thread.join()
@@ -150,7 +154,7 @@ class Console:
 
 @pytest.fixture
 def console(session, server, browser):
-    until(lambda: not server.desk.pages, "others are gone")
+    until(lambda: not server.arbiter.pages, "others are gone")
     session.reset()
     with Console(browser, server.address) as console:
         console.says(role="you", arming="ready")
@@ -195,7 +199,7 @@ def test_pad_drives_the_hand_out_and_then_the_base_and_letting_go_stops(
     console.release()
     console.until(lambda: rests(session), "it rests")
     console.says(arming="ready")
-    assert console.status.startswith("stopped: the dead-man was let go")
+    assert console.status.startswith("stopped: dead-man released")
     console.push(-0.9, 0.0)
     console.until(lambda: signal_of(session, "ee_command")[1] > 0.2, "to the left")
     console.release()
@@ -342,7 +346,7 @@ def tab_of_chromium(folder, address):
 
 
 def test_tab_that_is_hidden_lets_go_at_once(session, server, tmp_path):
-    until(lambda: not server.desk.pages, "others are gone")
+    until(lambda: not server.arbiter.pages, "others are gone")
     session.reset()
     with tab_of_chromium(tmp_path, server.address) as tab:
         until(lambda: tab.drives(session), "it moves")
@@ -431,7 +435,7 @@ class Fingers:
 
 
 def test_thumbs_on_a_phone_drive_and_stop(session, server, browser):
-    until(lambda: not server.desk.pages, "others are gone")
+    until(lambda: not server.arbiter.pages, "others are gone")
     session.reset()
     with Console(browser, server.address, PHONE, has_touch=True) as console:
         console.says(role="you", arming="ready")
@@ -768,7 +772,7 @@ class Wire:
 
 @pytest.fixture
 def wire(server):
-    until(lambda: not server.desk.pages, "others are gone")
+    until(lambda: not server.arbiter.pages, "others are gone")
     with wired(server) as wire:
         yield wire
 
@@ -850,7 +854,7 @@ def test_page_of_another_site_gets_no_socket(server):
 @contextmanager
 def mobman_drive(*arguments, folder=None):
     """Runs `mobman drive` in a folder; gives the process and the address it prints."""
-    command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive"]
+    command = [sys.executable, "-u", "-m", "drake_mobman", "drive"]
     process = subprocess.Popen(
         [*command, *map(str, arguments), "--port", "0"],
         stdout=subprocess.PIPE,
@@ -893,7 +897,7 @@ def test_page_says_so_when_nothing_is_heard_of_the_session(browser):
     ):
         console.says(role="you", arming="ready")
         process.send_signal(signal.SIGSTOP)
-        console.until(lambda: "not a word from it" in console.status, "it is missed")
+        console.until(lambda: "no data from it" in console.status, "it is missed")
         console.says(role="nobody", arming="latched")
         process.send_signal(signal.SIGCONT)
         console.says(role="you", arming="ready")
@@ -993,7 +997,7 @@ def test_recording_begun_and_ended_on_the_page_plays_back_bit_for_bit(
     assert np.abs(log["ee_command"]).max() > 0.0
 
 
-@pytest.mark.skipif(not DRAGS, reason="this Meshcat knows nothing of dragging")
+@pytest.mark.skipif(not CAN_DRAG, reason="this Meshcat knows nothing of dragging")
 def test_arm_is_pulled_by_control_and_the_mouse_and_played_back_bit_for_bit(
     browser, tmp_path
 ):
@@ -1019,13 +1023,13 @@ def test_arm_is_pulled_by_control_and_the_mouse_and_played_back_bit_for_bit(
             console.until(lambda: "stopped by the operator" in console.status, "stop")
             mouse.move(x + 160, y)
             console.page.wait_for_timeout(300)
-            assert "let stick and dead-man go" in console.status
+            assert "release stick and dead-man" in console.status
             mouse.up()
             console.says(arming="ready")
             # It is let go just as well where the attention goes elsewhere.
             grabbed(console, "link6")
             console.frame.evaluate("window.dispatchEvent(new Event('blur'))")
-            console.until(lambda: "was let go" in console.status, "it stops")
+            console.until(lambda: "dead-man released" in console.status, "it stops")
             mouse.up()
             keys.up("Control")
             assert console.errors == []
@@ -1079,7 +1083,7 @@ def test_meshcat_alone_drives_too_and_only_while_its_page_draws(browser):
     scenario = load_scenario("kwon_arbitrary", ["gate.fresh=1.0"])
     with LiveSession(scenario) as session:
         meshcat = local_meshcat("127.0.0.1")
-        panel = Panel(session, meshcat)
+        panel = MeshcatPanel(session, meshcat)
         # So small that it is drawn quickly.
         page = browser.new_page(viewport={"width": 320, "height": 240})
         page.goto(f"{meshcat.web_url()}/?tracked_camera=on")

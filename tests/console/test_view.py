@@ -20,11 +20,12 @@ import numpy as np
 import pytest
 from websockets.sync.client import connect
 
+from drake_mobman.console.frame import Frame
 from drake_mobman.console.mailbox import OperatorInput
-from drake_mobman.console.plain import Panel
+from drake_mobman.console.meshcat_panel import MeshcatPanel
 from drake_mobman.console.session import LiveSession
-from drake_mobman.console.view import Frame, Picture, picture_page
-from drake_mobman.meshcat import sealed_meshcat
+from drake_mobman.console.view import Picture, picture_page
+from drake_mobman.meshcat import offline_meshcat
 from drake_mobman.scenario import load_scenario
 from drake_mobman.teleop.gate import Arming
 
@@ -73,7 +74,7 @@ class Drive:
             goes = self.goes.is_set() and self.way < FAR
             v_c = 4.0 if goes and arming == Arming.ARMED else 0.0
             pressed = arming != Arming.LATCHED
-            self.session.tell(OperatorInput(sequence, v_c, 0.0, 0.0, pressed))
+            self.session.send(OperatorInput(sequence, v_c, 0.0, 0.0, pressed))
 
     @property
     def way(self):
@@ -113,8 +114,8 @@ def held_place(meshcat, path):
 
 def test_floor_in_meshcat_stands_still_for_twenty_meters():
     with Drive() as drive:
-        meshcat = sealed_meshcat()
-        panel = Panel(drive.session, meshcat)
+        meshcat = offline_meshcat()
+        panel = MeshcatPanel(drive.session, meshcat)
         ways = []
         drive.goes.set()
         end = time.monotonic() + PATIENCE
@@ -135,8 +136,8 @@ def test_floor_in_meshcat_stands_still_for_twenty_meters():
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "petric_guided"])
 def test_all_that_is_drawn_has_its_place_by_an_absolute_path(name):
     scenario = load_scenario(name)
-    meshcat = sealed_meshcat()
-    Picture(scenario).draw(meshcat)
+    meshcat = offline_meshcat()
+    Picture(scenario, ["hand_position"]).draw(meshcat)
     # Meshcat puts what has a relative path there, as it does what may be dragged.
     assert not meshcat.HasPath("/drake")
     assert meshcat.HasPath("/floor")
@@ -145,7 +146,7 @@ def test_all_that_is_drawn_has_its_place_by_an_absolute_path(name):
 
 def test_frame_tells_what_moved_and_lines_begin_anew_after_a_reset():
     with Drive() as drive:
-        picture = Picture(drive.session.scenario)
+        picture = Picture(drive.session.scenario, drive.session.signals)
         drive.goes.set()
         until(lambda: drive.way > 1.0, "it drives")
         first = picture.at(drive.session.snapshot())
@@ -154,7 +155,7 @@ def test_frame_tells_what_moved_and_lines_begin_anew_after_a_reset():
         second = picture.at(drive.session.snapshot())
         news = second.since(first)
         assert {"/world", "/drake", "/world/base"} <= news.poses.keys()
-        (path,) = [x for x in second.lines if "base" in x]
+        (path,) = [x for x in second.trails if "base" in x]
         assert second.message(first)["lines"][path]["keep"] == 1
         ((x, y, _),) = second.message(first)["lines"][path]["add"]
         assert (x, y) == pytest.approx(drive.base, abs=1.0)
@@ -176,7 +177,7 @@ def test_lines_are_bounded_and_told_whole_to_whoever_hears_how_often():
     with Drive() as drive:
         until(lambda: "base_pose" in drive.session.snapshot().signals, "it runs")
         snapshot = drive.session.snapshot()
-    picture = Picture(load_scenario("kwon_arbitrary"))
+    picture = Picture(load_scenario("kwon_arbitrary"), snapshot.signals)
     rng = np.random.default_rng(1)
     shown, drawn, way = Frame(), {}, 0.0
     for i in range(1500):
@@ -190,14 +191,14 @@ def test_lines_are_bounded_and_told_whole_to_whoever_hears_how_often():
                 before = drawn.get(path, [])
                 drawn[path] = before[len(before) - news["keep"] :] + news["add"]
             shown = frame
-            for path, line in frame.lines.items():
-                assert drawn[path] == pytest.approx(np.array(line.points), abs=1e-4)
-                assert len(line.points) == min(int(time_) + 1, 400)
+            for path, trail in frame.trails.items():
+                assert drawn[path] == pytest.approx(np.array(trail.points), abs=1e-4)
+                assert len(trail.points) == min(int(time_) + 1, 400)
 
 
 def test_page_of_the_picture_is_whole_by_itself():
     scenario = load_scenario("petric_guided")
-    page = picture_page(Picture(scenario, ["link3"]))
+    page = picture_page(Picture(scenario, ["hand_position"], ["link3"]))
     assert not re.search(r"new WebSocket\(url\)", page)
     assert not re.search(r"""src=["'](?!data:)""", page)
 
@@ -225,7 +226,7 @@ PLACES = """() => {
     return {
         floor: place("floor"), world: place("world"), base: place("world", "base"),
         paths: Object.keys(scene_tree.children), drake: below("drake"),
-        points: scene_tree.find(["world", "base_path", "<object>"])
+        points: scene_tree.find(["world", "base_trail", "<object>"])
             .object.geometry.attributes.position.count,
     };
 }"""
@@ -235,7 +236,7 @@ PLACES = """() => {
 def mobman_drive(folder):
     """Runs `mobman drive`, recording to a folder; gives the page's host and port."""
     options = [x for one in FAST for x in ("--set", one)]
-    command = [sys.executable, "-u", "-m", "drake_mobman.cli.app", "drive"]
+    command = [sys.executable, "-u", "-m", "drake_mobman", "drive"]
     process = subprocess.Popen(
         [*command, "kwon_arbitrary", *options, "--port", "0", "--record", str(folder)],
         stdout=subprocess.PIPE,
@@ -279,6 +280,7 @@ class Wire:
 
 
 @pytest.mark.realtime
+@pytest.mark.browser
 @pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 def test_floor_in_the_browser_stands_still_for_twenty_meters(tmp_path):
     playwright_api = pytest.importorskip("playwright.sync_api")

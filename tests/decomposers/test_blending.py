@@ -69,7 +69,7 @@ def test_block_splits_each_component_at_its_own_limits(
     fed, outputs, command, psi, shares
 ):
     block = BlendingDecomposer(Blending())
-    context = fed(block, **ALONE, ee_command=command, workspace=[*psi, 0])
+    context = fed(block, **ALONE, ee_command=command, ee_cylindrical=[*psi, 0])
     sent = outputs(block, context)
     np.testing.assert_allclose(sent["base_contribution"], shares, atol=42 * ROUNDING)
     rest = np.subtract(command[:2], shares)
@@ -96,7 +96,7 @@ def test_l_and_psi_have_a_sharpness_each():
 )
 def test_base_gets_the_speed_whose_projection_is_its_share(fed, outputs, sigma, v_b):
     block = BlendingDecomposer(Blending(projection=Projection(sigma)))
-    context = fed(block, **ALONE, ee_command=[0.4, 0, 0], workspace=[1.6, 0.6, 0])
+    context = fed(block, **ALONE, ee_command=[0.4, 0, 0], ee_cylindrical=[1.6, 0.6, 0])
     sent = outputs(block, context)
     assert sent["base_contribution"][0] == pytest.approx(0.2, abs=42 * ROUNDING)
     # The numbers above have six digits.
@@ -123,7 +123,9 @@ def algorithm_1(vc, wc, x_eff, y_eff):
 @given(v_c=SPEED, omega_c=SPEED, l=REACH, psi=ANGLE)
 def test_it_agrees_with_algorithm_1(fed, outputs, v_c, omega_c, l, psi):
     block = BlendingDecomposer(Blending())
-    context = fed(block, **ALONE, ee_command=[v_c, omega_c, 0], workspace=[l, psi, 0])
+    context = fed(
+        block, **ALONE, ee_command=[v_c, omega_c, 0], ee_cylindrical=[l, psi, 0]
+    )
     sent = outputs(block, context)
     parts = [*sent["base_contribution"], *sent["arm_command"][:2]]
     expected = algorithm_1(v_c, omega_c, l, psi)
@@ -157,7 +159,7 @@ def test_base_and_arm_sum_to_the_command(fed, outputs, v_c, omega_c, v_z, l, psi
     block = BlendingDecomposer(Blending())
     command = [v_c, omega_c, v_z]
     sent = outputs(
-        block, fed(block, **ALONE, ee_command=command, workspace=[l, psi, 0])
+        block, fed(block, **ALONE, ee_command=command, ee_cylindrical=[l, psi, 0])
     )
     v_bm, omega_b = sent["base_contribution"]
     v_m, omega_m, arm_v_z = sent["arm_command"]

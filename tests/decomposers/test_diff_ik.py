@@ -100,7 +100,7 @@ def test_base_rolls_and_does_not_slide(theta, u):
 def test_jacobian_is_that_of_a_rolling_base(name):
     robot = ROBOTS[name]
     model = RobotModel(robot)
-    n = ARMS[name].joints
+    n = ARMS[name].num_joints
     _, q = at(name)
     R_BE, J = EndEffectorModel(model.plant, n).pose_and_jacobian(q)
     context = model.plant.CreateDefaultContext()
@@ -175,7 +175,7 @@ def test_joint_can_always_brake_before_the_end_of_its_range():
 @given(held=st.lists(st.tuples(SPEED, SPEED, SPEED), min_size=1, max_size=3))
 def test_held_commands_break_no_limit(name, held):
     block = BLOCKS[name]
-    n = ARMS[name].joints
+    n = ARMS[name].num_joints
     _, q = at(name)
     last = np.zeros(2 + n)
     for command in held:
@@ -260,7 +260,8 @@ def test_hand_that_cannot_go_so_fast_keeps_its_direction(name):
     block = BLOCKS[name]
     workspace, q = at(name)
     slow = DiffIkDecomposer(
-        dc.replace(DiffIk(), max_speed=0.01, max_yaw_rate=0.01), ROBOTS[name], PERIOD
+        dc.replace(DiffIk(), max_speed=0.01, max_yaw_rate=0.01),
+        RobotSetup.of(ROBOTS[name], PERIOD),
     )
     slow.largest[2:] = 0.05  # Of the joints, too.
     V, J = block.task(np.array(command), workspace, q)

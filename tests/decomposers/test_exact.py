@@ -182,7 +182,7 @@ def test_each_limit_is_named(fed, outputs):
         context = fed(
             exact,
             ee_command=command,
-            workspace=at,
+            ee_cylindrical=at,
             arm_position=q,
             base_command_smoothed=sent,
         )
@@ -223,7 +223,7 @@ def test_autodiff_gives_the_slope_of_a_finite_difference(fed, outputs):
         context = fed(
             exact,
             ee_command=command,
-            workspace=at,
+            ee_cylindrical=at,
             arm_position=arm.inverse(at),
             base_command_smoothed=sent,
         )

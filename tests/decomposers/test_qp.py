@@ -319,7 +319,9 @@ def test_ports_are_those_of_any_other_decomposer_and_a_status(name):
         ]
 
     block = BLOCKS[name]
-    inputs, made = ports(BlendingDecomposer(Blending(), joints=arm_of(name).joints))
+    inputs, made = ports(
+        BlendingDecomposer(Blending(), num_joints=arm_of(name).num_joints)
+    )
     assert ports(block) == [inputs, [*made, ("decomposer_status", 1)]]
 
 

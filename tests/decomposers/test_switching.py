@@ -39,7 +39,7 @@ ANGLE = st.floats(-3.2, 3.2)
 )
 def test_linear_command_goes_where_eq_12_sends_it(fed, outputs, v_c, l, v_bm, v_m):
     block = SwitchingDecomposer(Switching())
-    context = fed(block, **ALONE, ee_command=[v_c, 0, 0], workspace=[l, 0, 0])
+    context = fed(block, **ALONE, ee_command=[v_c, 0, 0], ee_cylindrical=[l, 0, 0])
     sent = outputs(block, context)
     assert list(sent["base_contribution"]) == [v_bm, 0]
     assert list(sent["arm_command"]) == [v_m, 0, 0]
@@ -61,7 +61,9 @@ def test_angular_command_goes_where_eq_13_sends_it(
     fed, outputs, omega_c, psi, omega_b, omega_m
 ):
     block = SwitchingDecomposer(Switching())
-    context = fed(block, **ALONE, ee_command=[0, omega_c, 0.1], workspace=[1, psi, 0])
+    context = fed(
+        block, **ALONE, ee_command=[0, omega_c, 0.1], ee_cylindrical=[1, psi, 0]
+    )
     sent = outputs(block, context)
     assert list(sent["base_command"]) == [0, omega_b]
     assert list(sent["arm_command"]) == [0, omega_m, 0.1]
@@ -90,7 +92,7 @@ def test_base_and_arm_sum_to_the_command(fed, outputs, v_c, omega_c, v_z, l, psi
     block = SwitchingDecomposer(Switching())
     command = [v_c, omega_c, v_z]
     sent = outputs(
-        block, fed(block, **ALONE, ee_command=command, workspace=[l, psi, 0])
+        block, fed(block, **ALONE, ee_command=command, ee_cylindrical=[l, psi, 0])
     )
     v_bm, omega_b = sent["base_contribution"]
     v_m, omega_m, arm_v_z = sent["arm_command"]
@@ -125,5 +127,5 @@ def test_other_limits_are_taken():
 def test_not_a_number_is_not_taken_for_a_command(fed):
     # The guard lets none in; the law does not turn one into a number.
     block = SwitchingDecomposer(Switching())
-    context = fed(block, ee_command=[math.nan, 0, 0], workspace=[1, 0, 0])
+    context = fed(block, ee_command=[math.nan, 0, 0], ee_cylindrical=[1, 0, 0])
     assert math.isnan(block.GetOutputPort("base_contribution").Eval(context)[0])

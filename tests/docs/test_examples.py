@@ -9,9 +9,8 @@ import pytest
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.primitives import FirstOrderTaylorApproximation
 
-from drake_mobman.base.smoother import Smoother
-from drake_mobman.base.unsmoothed import Unsmoothed
-from drake_mobman.decomposers.blending import Blending
+from drake_mobman.base import Smoother, Unsmoothed
+from drake_mobman.decomposers import Blending
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 

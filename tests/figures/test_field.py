@@ -15,8 +15,9 @@ from drake_mobman.base.velocity_field import (
     signed_distances,
     yaw_rate,
 )
-from drake_mobman.figures import field
-from drake_mobman.figures.field import HEIGHTS, distances, field_figures
+from drake_mobman.figures.field import field_figures
+from drake_mobman.figures.field.approach import AT_REST, distances
+from drake_mobman.figures.field.slices import HEIGHTS
 from drake_mobman.robot_model import Reach
 
 REACH = Reach(l_0=0.8, r_f=0.7)
@@ -36,10 +37,9 @@ ROUNDING = 1e-9
 
 @pytest.fixture(scope="module")
 def figures() -> dict[str, Figure]:
-    with pytest.MonkeyPatch.context() as coarse:
-        coarse.setattr(field, "PIXELS", 80)
-        coarse.setattr(field, "BEARINGS", np.linspace(-math.pi, math.pi, 13))
-        return dict(field_figures(PARAMS, REACH, SMOOTHER))
+    bearings = np.linspace(-math.pi, math.pi, 13)
+    coarse = field_figures(PARAMS, REACH, SMOOTHER, pixels=80, bearings=bearings)
+    return dict(coarse)
 
 
 def in_space(across, up, height):
@@ -150,7 +150,7 @@ def test_axes_have_names_and_units(figures):
     for name, (*panels, bar) in (
         (name, figure.axes) for name, figure in figures.items() if name != "field_rest"
     ):
-        assert bar.get_ylabel().startswith("$v$ asked for [m/s]")
+        assert bar.get_ylabel().startswith("$v$ [m/s]")
         for axes in panels:
             assert axes.get_xlabel() == "$x$ [m]"
         up = "$z$ [m]" if "side" in name else "$y$ [m]"
@@ -201,5 +201,5 @@ def test_without_a_smoother_the_base_gets_the_raw_command():
     # From 5 cm within the zone at 4/s: after a step of 10 ms, 4 % nearer its edge.
     raw = Unsmoothed()
     _, _, last = distances(0.6, 0.0, PARAMS, REACH, raw)
-    steps = math.ceil(math.log(field._AT_REST / 0.2) / math.log(0.96))
+    steps = math.ceil(math.log(AT_REST / 0.2) / math.log(0.96))
     assert last == pytest.approx(0.55 + 0.05 * 0.96**steps, abs=1e-9)

@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from drake_mobman import figures as figures_package
 from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.decomposers.projection import base_speed, radial_weight
 from drake_mobman.decomposers.share import blended_share
-from drake_mobman.figures import draw_figures
+from drake_mobman.figures import FIGURES, RunFigure, draw_figures
 from drake_mobman.figures.style import LIMIT
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import Run, simulate
@@ -92,7 +93,7 @@ def test_lines_are_the_log(arbitrary, figures, part):
 
 def test_kappa_is_the_law_at_the_scenarios_sigma(arbitrary, figures):
     kappa, speed, *_ = figures["kappa"].axes[0].lines
-    projection = arbitrary.scenario.projection
+    projection = arbitrary.scenario.decomposer.projection
     for (psi, k), (_, v) in zip(kappa.get_xydata(), speed.get_xydata(), strict=True):
         assert k == radial_weight(psi, projection.sigma)
         assert v == base_speed(1.0, psi, projection)
@@ -117,12 +118,12 @@ def test_switching_is_drawn_as_a_step():
 
 def test_slip_and_drift_are_those_of_the_metrics(arbitrary, figures):
     numbers = metrics(arbitrary)
-    (error,) = figures["hand_velocity"].axes[2].lines
+    (error,) = figures["ee_velocity"].axes[2].lines
     assert np.max(error.get_ydata()) == numbers["ee_error_max"] > 0.1
     drawn = lines(figures["path"].axes[0])
-    hand = drawn["hand"].get_xydata()
-    led = drawn["where the command leads"].get_xydata()
-    drift = np.max(np.linalg.norm(hand - led, axis=1))
+    path = drawn["end effector"].get_xydata()
+    commanded = drawn["command"].get_xydata()
+    drift = np.max(np.linalg.norm(path - commanded, axis=1))
     assert drift == pytest.approx(numbers["ee_drift_max"], rel=1e-9)
 
 
@@ -195,3 +196,23 @@ def test_global_settings_of_matplotlib_are_left_alone(arbitrary):
     before = settings()
     dict(draw_figures(arbitrary))
     assert settings() == before
+
+
+def test_a_new_figure_is_a_function_and_a_line(arbitrary, monkeypatch):
+    def draw(run: Run) -> Figure:
+        figure = Figure()
+        figure.subplots().plot(run.time, run[signals.BASE_POSE][:, 0])
+        return figure
+
+    own = RunFigure("x_of_base", draw)
+    never = RunFigure("never", draw, lambda run: "nothing_logged" in run.log)
+    monkeypatch.setattr(figures_package, "FIGURES", [own, never])
+    ((name, figure),) = draw_figures(arbitrary)
+    assert name == "x_of_base"
+    drawn = figure.axes[0].lines[0].get_ydata()
+    assert np.array_equal(drawn, arbitrary[signals.BASE_POSE][:, 0])
+
+
+def test_no_two_figures_have_the_same_file():
+    names = [figure.name for figure in FIGURES]
+    assert len(names) == len(set(names))

@@ -19,7 +19,7 @@ from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import Run, simulate
 
 GUIDED = {"strip", "hand_force", "zones", "path", "base_commands", "manipulability"}
-COMMANDED = {"linear", "decomposition", "hand_velocity", "path", "manipulability"}
+COMMANDED = {"linear", "decomposition", "ee_velocity", "path", "manipulability"}
 
 
 def run_of(name: str, *overrides: str) -> Run:
@@ -93,7 +93,7 @@ def test_a_hand_that_lets_go_is_shaded_and_has_no_error(behind, figures):
     assert np.array_equal(free[1:], norm[1:] == 0.0)
     for axes in (force, gap):
         shaded = behind.log["time"][free]
-        assert band(axes, "let go") == (shaded[0], shaded[-1])
+        assert band(axes, "hand lets go") == (shaded[0], shaded[-1])
     assert 0.99 < shaded[0] < shaded[-1] < 1.51
 
 
@@ -107,7 +107,7 @@ def test_commands_are_drawn_raw_and_sent_between_the_smoothers_limits(behind, fi
     *rates, v_dot, omega_dot = figures["base_commands"].axes
     for i, (axes, limit) in enumerate(zip(rates, (0.5, 1.0), strict=True)):
         drawn = lines(axes)
-        raw, sent = drawn["raw, as wanted"], drawn["sent"]
+        raw, sent = drawn["raw"], drawn["smoothed"]
         assert np.array_equal(raw.get_ydata(), log[signals.BASE_COMMAND][:, i])
         assert np.array_equal(
             sent.get_ydata(), log[signals.BASE_COMMAND_SMOOTHED][:, i]

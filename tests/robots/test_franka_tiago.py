@@ -103,7 +103,7 @@ def test_every_body_could_exist(robot):
 
 
 def test_its_joints_have_the_makers_limits(robot, other):
-    limits = robot.limits
+    limits = robot.joint_limits
     lower = [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]
     upper = [2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]
     acceleration = robot.plant.GetAccelerationUpperLimits()[BASE_JOINTS:]
@@ -149,7 +149,9 @@ def test_tee_gets_as_far_as_both_lengths_within_the_limits(robot):
     # what it is seen under from shoulder and wrist.
     q = np.array([0.3, -0.2, 1.0, *POSTURE])
     q[BASE_JOINTS + 3] = -np.arctan(0.0825 / 0.316) - np.arctan(0.0825 / 0.384)
-    assert robot.limits.lower[3] < q[BASE_JOINTS + 3] < robot.limits.upper[3]
+    assert (
+        robot.joint_limits.lower[3] < q[BASE_JOINTS + 3] < robot.joint_limits.upper[3]
+    )
     r_f = reduced_arm(robot.plant).r_f
     assert np.linalg.norm(p_ST(robot, q)) == pytest.approx(r_f, abs=SAME)
 
@@ -177,8 +179,8 @@ def test_in_its_posture_it_is_far_from_every_border(robot):
     x, y, z = robot.p_W("tee")
     assert (x, y, z) == pytest.approx((0.5, 0.0, arm.l_0), abs=0.01)
     assert arm.r_f - x > 0.2
-    assert (np.array(POSTURE) - robot.limits.lower > 0.5).all()
-    assert (robot.limits.upper - np.array(POSTURE) > 0.5).all()
+    assert (np.array(POSTURE) - robot.joint_limits.lower > 0.5).all()
+    assert (robot.joint_limits.upper - np.array(POSTURE) > 0.5).all()
     assert robot.manipulability() > 0.05
     straight_down = robot.p_W("tool") - robot.p_W("link7")
     np.testing.assert_allclose(straight_down[:2], 0.0, atol=SAME)

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.cli.app import app
+from drake_mobman.report.pictures import PICTURED, figures, shown_of
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation import log as log_module
 from drake_mobman.simulation import npz
@@ -29,8 +30,7 @@ from drake_mobman.simulation.log import (
     windows,
 )
 from drake_mobman.simulation.npz import write_npz
-from drake_mobman.simulation.run_folder import PICTURED, figures, shown_of
-from drake_mobman.simulation.simulate import Run, simulate, simulated
+from drake_mobman.simulation.simulate import Run, simulate
 
 QUICK = ["--no-figures", "--set", "duration=0.3"]
 
@@ -79,7 +79,7 @@ def test_size_of_a_log_is_that_of_what_is_logged(tmp_path, monkeypatch):
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()
     part = tmp_path / "part"
-    simulated(load_scenario("kwon_1", ["duration=1"]), part=part)
+    simulate(load_scenario("kwon_1", ["duration=1"]), part=part)
     with part.open("rb") as file:
         row = 8 * sum(json.loads(file.readline()).values())
     size = 2 * 100_001 * row / 1e6
@@ -131,10 +131,10 @@ def logs(tmp_path_factory):
     simulator = Simulator(diagram)
     simulator.AdvanceTo(25.0)
     part = tmp_path_factory.mktemp("logs") / "part"
-    stored = simulated(scenario, part=part)
+    stored = simulate(scenario, part=part)
     return (
         read_log(diagram, simulator.get_context()),
-        simulated(scenario).log,
+        simulate(scenario).log,
         stored.log,
         stored,
         part,
@@ -251,7 +251,7 @@ _RUNS = {}
 
 def simulated_once(name, overrides):
     if (name, overrides) not in _RUNS:
-        run = simulated(load_scenario(name, overrides))
+        run = simulate(load_scenario(name, overrides))
         assert run.died == ""
         _RUNS[name, overrides] = run
     return _RUNS[name, overrides]
@@ -293,11 +293,11 @@ def test_pictures_of_a_long_run_say_what_they_show(monkeypatch):
     run = simulated_once("petric_hold", ("duration=8",))
     assert len(run.log["time"]) < PICTURED
     assert shown_of(run) == ""
-    monkeypatch.setattr("drake_mobman.simulation.run_folder.PICTURED", 301)
+    monkeypatch.setattr("drake_mobman.report.pictures.PICTURED", 301)
     assert shown_of(run) == "the first 3 of 8 s"
     texts = []
     monkeypatch.setattr(
-        "drake_mobman.simulation.run_folder.png",
+        "drake_mobman.report.pictures.png",
         lambda figure: texts.append([text.get_text() for text in figure.texts]) or b"",
     )
     figures(run)["figures/path.png"]()

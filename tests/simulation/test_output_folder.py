@@ -1,5 +1,6 @@
 """Folders that are written to: nobody else's file is touched, and ours are whole."""
 
+import dataclasses as dc
 import os
 import shutil
 import subprocess
@@ -11,16 +12,16 @@ import pytest
 from typer.testing import CliRunner
 
 from drake_mobman.cli.app import app
-from drake_mobman.figures import COMMANDED
+from drake_mobman.figures import FIGURES
 from drake_mobman.report import job
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.manifest import DRAFT, MANIFEST, hash_of, read_manifest
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
-from drake_mobman.simulation.simulate import simulated
+from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.live import NOBODY
 from drake_mobman.teleop.recorded import COMMANDS, header, write_samples
 
-MOBMAN = [sys.executable, "-m", "drake_mobman.cli.app"]
+MOBMAN = [sys.executable, "-m", "drake_mobman"]
 QUICK = ["--no-figures", "--set", "duration=0.3"]
 ROOT = os.geteuid() == 0
 
@@ -143,9 +144,9 @@ def while_simulating(monkeypatch, act):
 
     def acting(*args, **options):
         act()
-        return simulated(*args, **options)
+        return simulate(*args, **options)
 
-    monkeypatch.setattr(job, "simulated", acting)
+    monkeypatch.setattr(job, "simulate", acting)
 
 
 def test_notes_put_there_while_it_runs_stay(tmp_path, monkeypatch):
@@ -404,8 +405,12 @@ def failing(error):
 
 @pytest.mark.parametrize("error", [MemoryError(), SystemExit("Failure at mesh.cc:1")])
 def test_picture_that_fails_costs_itself_alone(tmp_path, monkeypatch, error):
-    monkeypatch.setitem(COMMANDED, "linear", failing(error))
-    monkeypatch.setitem(COMMANDED, "decomposition", failing(error))
+    fails = ("ee_velocity", "manipulability")
+    figures = [
+        dc.replace(one, draw=failing(error)) if one.name in fails else one
+        for one in FIGURES
+    ]
+    monkeypatch.setattr("drake_mobman.figures.FIGURES", figures)
     result = mobman("run", "kwon_1", "--out", tmp_path, "--set", "duration=0.3")
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
@@ -413,16 +418,18 @@ def test_picture_that_fails_costs_itself_alone(tmp_path, monkeypatch, error):
     assert line == f"mobman: kwon_1: pictures not written: {why} (and 1 more)"
     written = read_manifest(tmp_path / "kwon_1")
     assert {"log.npz", "metrics.json", "figures/path.png"} < written.keys()
-    assert not {"figures/linear.png", "figures/decomposition.png"} & written.keys()
+    assert not {f"figures/{name}.png" for name in fails} & written.keys()
 
 
 @pytest.mark.parametrize("error", [MemoryError(), SystemExit("DRAKE_DEMAND")])
 def test_metrics_that_fail_cost_themselves_alone(tmp_path, monkeypatch, error):
-    monkeypatch.setattr("drake_mobman.analysis.metrics.ee_motion", failing(error))
+    monkeypatch.setattr(
+        "drake_mobman.analysis.metrics.window.ee_motion", failing(error)
+    )
     result = mobman("run", "kwon_1", "--out", tmp_path, *QUICK)
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
-    assert line.startswith("mobman: kwon_1: metrics not worked out: ")
+    assert line.startswith("mobman: kwon_1: metrics not computed: ")
     assert len(np.load(tmp_path / "kwon_1" / "log.npz")["time"]) == 31
     assert "versions" in (tmp_path / "kwon_1" / "metrics.json").read_text()
 
@@ -478,7 +485,7 @@ def limited(size, *arguments, cwd):
     code = (
         "import resource\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))\n"
-        "from drake_mobman.cli.app import main; main()"
+        "from drake_mobman.__main__ import main; main()"
     )
     return subprocess.run(
         [sys.executable, "-c", code, *arguments],

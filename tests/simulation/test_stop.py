@@ -56,7 +56,7 @@ class Steps:
             return
         if not getattr(self, "on", False):
             return
-        if name == "simulated" and self.began is None:
+        if name == "simulate" and self.began is None:
             self.began = len(self.sites)
         self.sites.append((code.co_filename[-20:], frame.f_lineno, event))
         if len(self.sites) - 1 == self.at:
@@ -259,7 +259,7 @@ def test_killed_at_any_time_the_next_run_is_whole(tmp_path):
             kill = {"number": signal.SIGKILL, "times": 1, "share": rng.random()}
             end, folder = driver.signalled(**kill)
             assert end["status"] == -signal.SIGKILL
-            command = [sys.executable, "-m", "drake_mobman.cli.app"]
+            command = [sys.executable, "-m", "drake_mobman"]
             again = subprocess.run(
                 [*command, "run", "kwon_1", "--out", "runs", *QUICK],
                 cwd=folder,
@@ -277,7 +277,7 @@ def test_closed_terminal_costs_nothing(tmp_path):
     code = (
         "import fcntl, signal, termios; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
         "fcntl.ioctl(0, termios.TIOCSCTTY, 0)\n"
-        "from drake_mobman.cli.app import main; main()"
+        "from drake_mobman.__main__ import main; main()"
     )
     arguments = ["run", "kwon_1", "--out", "runs", "--set", "duration=2000"]
     process = subprocess.Popen(

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 
-from drake_mobman.console.choices import choices, live
+from drake_mobman.console.choices import choice_names, live_scenario
 from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.parameters import ParameterError
 from drake_mobman.scenario import load_scenario
@@ -78,7 +78,7 @@ AT = {
 @pytest.fixture
 def kwon():
     """A scenario with all alternatives, its decomposers, and inputs to them."""
-    scenario = live(load_scenario("kwon_arbitrary"))
+    scenario = live_scenario(load_scenario("kwon_arbitrary"))
     setup = scenario.setup()
     blocks = [build_decomposer(one, setup) for one in scenario.controllers]
     q = scenario.robot.arm().inverse(AT["ee_cylindrical"])
@@ -130,7 +130,7 @@ def test_ports_are_those_of_a_decomposer_and_the_handover(kwon):
 
 def test_parts_sum_to_the_command_while_one_law_of_shares_follows_another(kwon, fed):
     scenario, blocks, inputs = kwon
-    shares = choices(scenario).index("switching")
+    shares = choice_names(scenario).index("switching")
     choice = make_choice(blocks, Transition(duration=0.2), scenario.period)
     for periods in range(1, 25):
         context = chosen(choice, inputs, float(shares), periods, fed)
@@ -147,9 +147,9 @@ HOLD = 150
 
 def driven(change, order, command=(0.2, 0.1, 0.0), start=()):
     """Returns the log of a held command while one after another is chosen."""
-    scenario = live(load_scenario("kwon_arbitrary", list(start)))
+    scenario = live_scenario(load_scenario("kwon_arbitrary", list(start)))
     scenario.transition = change
-    order = [choices(scenario).index(name) for name in order]
+    order = [choice_names(scenario).index(name) for name in order]
     diagram = make_teleop_diagram(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -185,8 +185,8 @@ def test_change_makes_no_jump_of_base_or_arm():
 def test_every_one_of_them_drives_in_turn():
     log = driven(Transition(), EACH, start=NEAR_LIMIT)
     _, now, weight = log["handover"].T
-    scenario = live(load_scenario("kwon_arbitrary"))
-    names = [choices(scenario)[int(i)] for i in now[HOLD - 1 :: HOLD]]
+    scenario = live_scenario(load_scenario("kwon_arbitrary"))
+    names = [choice_names(scenario)[int(i)] for i in now[HOLD - 1 :: HOLD]]
     assert tuple(names) == EACH
     assert (weight[HOLD - 1 :: HOLD] == 1).all()
     assert not log["gate_status"][3:].any()

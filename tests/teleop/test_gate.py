@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from drake_mobman.console.lateness import Lateness
+from drake_mobman.console.latency import LatencyBound
 from drake_mobman.console.mailbox import Mailbox, OperatorInput
 from drake_mobman.parameters import ParameterError
 from drake_mobman.teleop.drag import NOTHING, Drag, Draggable, Dragged
@@ -272,8 +272,8 @@ class Link(RuleBasedStateMachine):
     @initialize()
     def start(self):
         self.now = 0.0
-        self.inbox = Mailbox(late=GATE.fresh, clock=lambda: self.now)
-        self.lateness = Lateness(clock=lambda: self.now)
+        self.inbox = Mailbox(max_latency=GATE.fresh, clock=lambda: self.now)
+        self.lateness = LatencyBound(clock=lambda: self.now)
         # The operator's clock is ahead by an hour; this is what he knows of it.
         self.ahead = None
         self.block = CommandGate(GATE, GUARD, PERIOD, ARM)
@@ -297,7 +297,7 @@ class Link(RuleBasedStateMachine):
 
     def deliver(self, index=-1):
         message, *times = self.under_way.pop(index)
-        if self.inbox.tell(message, self.lateness.of(*times)):
+        if self.inbox.put(message, self.lateness.of(*times)):
             # Never an old word after a newer one, nor a late one.
             assert self.last is None or message.sequence > self.last.sequence
             self.last = message
@@ -361,10 +361,10 @@ class Link(RuleBasedStateMachine):
 
     @rule()
     def hand_over(self):
-        self.inbox.forget()
+        self.inbox.clear()
         # Another page, which has a link of its own.
         self.sequence, self.last, self.ahead = 0, None, None
-        self.lateness = Lateness(clock=lambda: self.now)
+        self.lateness = LatencyBound(clock=lambda: self.now)
         self.under_way.clear()
         self.handed_over = True
 
@@ -523,24 +523,24 @@ def clock():
 
 
 def test_age_is_counted_from_when_it_was_said_not_from_when_it_came(clock):
-    inbox = Mailbox(late=0.25, clock=clock)
+    inbox = Mailbox(max_latency=0.25, clock=clock)
     clock.now = 0.5
-    inbox.tell(OperatorInput(2, v_c=0.1), 0.2)  # Said at 0.3.
+    inbox.put(OperatorInput(2, v_c=0.1), 0.2)  # Said at 0.3.
     clock.now = 0.625
     assert inbox.sample().age == pytest.approx(0.325)
 
 
 def test_what_comes_late_or_out_of_order_or_twice_is_dropped(clock):
-    inbox = Mailbox(late=0.25, clock=clock)
-    assert inbox.tell(OperatorInput(5, v_c=0.1))
-    assert not inbox.tell(OperatorInput(5, v_c=0.2))
-    assert not inbox.tell(OperatorInput(4, v_c=0.2))
+    inbox = Mailbox(max_latency=0.25, clock=clock)
+    assert inbox.put(OperatorInput(5, v_c=0.1))
+    assert not inbox.put(OperatorInput(5, v_c=0.2))
+    assert not inbox.put(OperatorInput(4, v_c=0.2))
     for lateness in (0.26, math.inf, math.nan):
-        assert not inbox.tell(OperatorInput(6, v_c=0.2), lateness)
+        assert not inbox.put(OperatorInput(6, v_c=0.2), lateness)
     clock.now = 600.0
     assert inbox.sample().v_c == 0.1
     assert inbox.sample().age == 600.0
-    assert inbox.tell(OperatorInput(8, v_c=0.3), 0.25)
+    assert inbox.put(OperatorInput(8, v_c=0.3), 0.25)
     assert inbox.sample().v_c == 0.3
 
 
@@ -553,7 +553,7 @@ def test_what_comes_late_or_out_of_order_or_twice_is_dropped(clock):
 def test_no_message_is_later_than_it_is_said_to_be(up, down, ahead, rate):
     # However slow the link is from the first message on, and whatever the page's clock.
     clock = Clock()
-    lateness = Lateness(clock)
+    lateness = LatencyBound(clock)
     theirs = lambda time: (time - ahead) * rate  # noqa: E731
     for k, delay in enumerate(up):
         told = 10.0 * k
@@ -565,7 +565,7 @@ def test_no_message_is_later_than_it_is_said_to_be(up, down, ahead, rate):
 
 
 def test_quick_link_is_not_held_to_be_late_for_a_hitch(clock):
-    lateness = Lateness(clock)
+    lateness = LatencyBound(clock)
     assert lateness.of(50.0, -50.0) == 0.0
     clock.now = 1.0
     # The page was busy, and heard only an old word of ours since.
@@ -574,14 +574,14 @@ def test_quick_link_is_not_held_to_be_late_for_a_hitch(clock):
 
 @pytest.mark.parametrize("rate", [1 - 1e-4, 1 + 1e-4])
 def test_clocks_that_drift_apart_make_nothing_late(clock, rate):
-    lateness = Lateness(clock)
+    lateness = LatencyBound(clock)
     for k in range(36_000):  # An hour.
         clock.now = k / 10
         assert lateness.of(k / 10 * rate, k / 10 - k / 10 * rate) < 1e-3
 
 
 def test_page_whose_clock_stood_still_is_believed_again_when_it_has_heard(clock):
-    lateness = Lateness(clock)
+    lateness = LatencyBound(clock)
     assert lateness.of(50.0, -50.0) == 0.0
     clock.now = 600.0  # Its device slept, and so did its clock.
     assert lateness.of(50.1, -50.0) > 599.0  # From before that, as far as one knows.
@@ -590,7 +590,7 @@ def test_page_whose_clock_stood_still_is_believed_again_when_it_has_heard(clock)
 
 
 def test_page_whose_clock_was_set_is_not_believed_until_it_has_heard(clock):
-    lateness = Lateness(clock)
+    lateness = LatencyBound(clock)
     assert lateness.of(50.0, None) == math.inf
     assert lateness.of(50.0, -50.0) == 0.0
     clock.now = 0.1
@@ -603,19 +603,19 @@ def test_page_whose_clock_was_set_is_not_believed_until_it_has_heard(clock):
 def test_stop_is_told_once_and_an_operator_forgotten_is_nobody(clock):
     inbox = Mailbox(clock=clock)
     inbox.choose(2)
-    inbox.tell(OperatorInput(9, v_c=0.1, dead_man=True))
+    inbox.put(OperatorInput(9, v_c=0.1, dead_man=True))
     inbox.stop()
     assert inbox.sample() == OperatorSample(0.1, dead_man=1, age=0, stop=1, choice=2)
     assert inbox.sample().stop == 0
-    inbox.forget()
+    inbox.clear()
     assert inbox.sample() == NOBODY._replace(choice=2)
-    assert inbox.tell(OperatorInput(1))  # Another counts from where he likes.
+    assert inbox.put(OperatorInput(1))  # Another counts from where he likes.
 
 
 def test_a_change_of_operators_shows_however_quick_it_is(clock):
     inbox = Mailbox(clock=clock)
-    inbox.tell(OperatorInput(9, dead_man=True))
-    inbox.forget()
-    inbox.tell(OperatorInput(1, dead_man=True))
+    inbox.put(OperatorInput(9, dead_man=True))
+    inbox.clear()
+    inbox.put(OperatorInput(1, dead_man=True))
     assert inbox.sample() == NOBODY
     assert inbox.sample().dead_man == 1

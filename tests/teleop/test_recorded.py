@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import VectorLogSink
 
-from drake_mobman.console.choices import live
+from drake_mobman.console.choices import live_scenario
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.scenario import Guided, ScenarioError, load_scenario
@@ -193,7 +193,7 @@ def operated(rng, ticks, choices, bodies):
     "name", ["kwon_arbitrary", "kwon_spatial", "petric_teleop", "petric_guided"]
 )
 def test_what_was_driven_live_is_played_back_bit_for_bit(name, tmp_path):
-    scenario = live(load_scenario(name))
+    scenario = live_scenario(load_scenario(name))
     diagram = make_diagram(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()

@@ -1,4 +1,4 @@
-// The plots: a history of what the session says, drawn now and then.
+// The plots: a history of the session's states, drawn a few times a second.
 
 import { echarts } from "nicegui-echart";
 
@@ -15,7 +15,7 @@ export class Charts {
 
   add(state) {
     const last = this.history.at(-1);
-    if (last && state.time < last.time) this.history = []; // It has been started over.
+    if (last && state.time < last.time) this.history = []; // The session was reset.
     if (last && state.time >= last.time && state.time < last.time + KEEP) return;
     this.history.push(state);
     while (this.history[0].time < state.time - this.span) this.history.shift();

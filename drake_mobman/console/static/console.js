@@ -1,5 +1,5 @@
 // The operator's side of the console: pad, lever, keys and gamepad make one command,
-// which is said 30 times a second as long as somebody is there to say it.
+// which is sent 30 times a second as long as the operator looks at the page.
 
 import { Charts } from "./charts.js";
 import { Drag } from "./drag.js";
@@ -17,10 +17,10 @@ await loaded(".lever .knob");
 
 let sequence = 0;
 let said = -Infinity; // When the last message was sent [ms].
-let due = performance.now(); // When the next beat was to come [ms].
+let due = performance.now(); // When the next beat is due [ms].
 let operates = false;
 
-const heard = new WeakSet(); // Documents whose keys are.
+const heard = new WeakSet(); // Documents whose keys the page receives.
 const charts = new Charts(document.querySelectorAll(".plot"));
 const link = new Link(
   (state) => {
@@ -59,7 +59,7 @@ function pushed() {
   };
 }
 
-// Who looks at a picture that did not load is not: its keys come to nobody.
+// False while a picture that did not load has the focus: the page gets no keys then.
 function isHere() {
   const active = document.activeElement;
   const hears = active?.localName !== "iframe" || heard.has(active.contentDocument);
@@ -91,13 +91,13 @@ function beat() {
   else if (operates && now - said > BEAT / 2) say();
 }
 
-// Says at once what an event changed; what comes too soon waits for the next beat.
+// Sends at once what an event changed; what comes too soon waits for the next beat.
 function changed() {
   const let_go = !devices.some((device) => device.held);
   if (operates && isHere() && (let_go || performance.now() - said >= SOONEST)) say();
 }
 
-// Lets everything go, and says so even if nobody is here any more.
+// Releases everything, and sends that even if nobody is here any more.
 function neutral() {
   for (const device of devices) device.neutral();
   if (operates) say((message) => link.insist(message));
@@ -108,12 +108,12 @@ function lose() {
   if (devices.some((device) => device.held)) neutral();
 }
 
-// Keys and the loss of attention come to the window that has the focus: the page's or
-// the picture's. Between these two, nothing is lost.
+// Keys and the loss of focus are events of the window that has the focus: the page's or
+// the picture's. A change between these two releases nothing.
 function watch(inside) {
   heard.add(inside.document);
   keys.listen(inside);
-  // A menu takes what is let go while it is open.
+  // While a menu is open, the page does not see the release of a key.
   inside.addEventListener("contextmenu", (event) => event.defaultPrevented || neutral());
   inside.addEventListener("blur", () => isHere() || neutral());
 }
@@ -122,7 +122,7 @@ watch(window);
 window.addEventListener("pagehide", neutral);
 document.addEventListener("visibilitychange", neutral);
 document.addEventListener("freeze", neutral);
-// At once, and by a second finger too, for which there is no click.
+// At once, and for a second finger too, which makes no click.
 document.addEventListener("pointerdown", ({ target }) => {
   const button = target.closest('[data-ask="stop"], [data-ask="choose"]');
   if (button) ask(button.dataset.ask, { choice: button.dataset.choice });

@@ -1,6 +1,6 @@
-// A point of the arm, dragged in the 3D view by Ctrl and the mouse. Meshcat knows how, from
-// Drake 1.57 on, and tells its server; but to pull is to command, and goes the way of all
-// commands.
+// A point of the arm, dragged in the 3D view with Ctrl and the mouse. Meshcat supports it,
+// from Drake 1.57 on, and reports it to its server; here it is a command, and is sent as
+// all commands are.
 
 const PARTS = "drake"; // What may be dragged is below it, by the name of its body.
 
@@ -8,8 +8,8 @@ export class Drag {
   // `changed()` is called where the drag does.
   constructor(changed) {
     this.changed = changed;
-    this.waits = false; // Until what is dragged is let go: it counts no more.
-    this.pull = undefined; // The body, the point in it, and whereto, from the base.
+    this.waits = false; // Until the drag is released: it has no effect any more.
+    this.pull = undefined; // The body, the point in it, and where to, from the base.
   }
 
   get held() {
@@ -21,7 +21,7 @@ export class Drag {
     this.pull = undefined;
   }
 
-  // Hears what Meshcat says in its window, in the place of a server: it has none.
+  // Receives what Meshcat sends in its window, in place of a server: it has none.
   listen({ viewer, MeshCat }) {
     this.neutral();
     this.waits = false;
@@ -33,7 +33,7 @@ export class Drag {
     viewer.connection = { readyState: WebSocket.OPEN, send };
   }
 
-  // Places come in the picture's frame, where the base stays in the middle.
+  // Points are in the picture's frame, where the base stays in the middle.
   #hear({ name, drag_anchor, drag_target }, viewer, { Vector3 }) {
     if (name && this.waits) return;
     if (!name) {
@@ -51,7 +51,7 @@ export class Drag {
   }
 }
 
-// Where a place is in the frame of a body: it stays there while that moves.
+// A point in the frame of a body, in which it stays while the body moves.
 function within({ scene, scene_tree }, body, place) {
   const part = scene_tree.find([PARTS, body]).object;
   return part.worldToLocal(scene.localToWorld(place)).toArray().map(rounded);

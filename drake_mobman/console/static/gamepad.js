@@ -5,11 +5,11 @@ const TRIGGERS = [6, 7]; // Of the standard mapping.
 const STOP = 1; // The button to the right, B or a circle.
 
 export class Gamepads {
-  // `lost()` is called where one is unplugged, `stop()` where its button is pressed.
+  // `lost()` is called when one is unplugged, `stop()` when its button is pressed.
   constructor(lost, stop) {
     this.stop = stop;
     this.pressed = false;
-    this.notice = ""; // What is to be said of those that cannot be used.
+    this.notice = ""; // A text about those that cannot be used.
     this.neutral();
     window.addEventListener("gamepaddisconnected", lost);
   }
@@ -17,11 +17,11 @@ export class Gamepads {
   neutral() {
     this.x = this.y = this.z = 0;
     this.held = false;
-    this.waits = true; // Until triggers are let go: a press before counts no more.
+    this.waits = true; // Until the triggers are released: an earlier press has no effect.
   }
 
-  // Looks at the gamepad, which sends no events; the first that is there counts. Of those
-  // without the standard mapping, nobody knows which axis is which, or where it rests.
+  // Reads the gamepad, which sends no events; the first one counts. Without the standard
+  // mapping, it is not known which axis is which, or where it rests.
   poll() {
     const pads = [...(navigator.getGamepads?.() ?? [])].filter((one) => one?.connected);
     const pad = pads.find((one) => one.mapping === "standard");

@@ -1,11 +1,11 @@
-// Something to hold and push: the round pad, or a lever that goes up and down.
-// It springs back when it is let go, and to hold it is the dead-man.
+// A stick on the page: the round pad, or a lever that moves up and down.
+// It springs back when it is released, and holding it is the dead-man.
 
-const DEAD = 0.06; // Share of its way that a handle may be off its middle by mistake.
+const DEAD = 0.06; // Dead zone around the middle, as a share of the way.
 
 export class Handle {
-  // `axes` is "xy" or "y"; `changed()` is called where it is pushed or let go, `lost()`
-  // where the finger or mouse is taken away without having let go.
+  // `axes` is "xy" or "y"; `changed()` is called when it is pushed or released, `lost()`
+  // when the browser takes the finger or mouse away before that.
   constructor(element, axes, changed, lost) {
     this.element = element;
     this.axes = axes;
@@ -31,7 +31,7 @@ export class Handle {
     return this.pointer !== null;
   }
 
-  // Back to the middle, held no more: who still presses has to press anew.
+  // Back to the middle, and released: it has to be pressed again.
   neutral() {
     this.pointer = null;
     this.#set(0, 0);
@@ -43,7 +43,7 @@ export class Handle {
     document.activeElement?.blur(); // The 3D view may have the focus,
     window.focus(); // and keys with it.
     this.pointer = event.pointerId;
-    // Until it is let go: a layout that moves under a resting thumb is no command.
+    // Until it is released: a layout that moves under a resting thumb is no command.
     this.box = this.element.getBoundingClientRect();
     this.element.setPointerCapture(event.pointerId);
     this.#move(event);

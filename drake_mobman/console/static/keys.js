@@ -13,16 +13,16 @@ const SLOW = ["ShiftLeft", "ShiftRight"];
 const SHARE = 0.25; // Of the way that keys push then.
 
 export class Keys {
-  // `changed()` is called where keys do, `stop()` on Escape.
+  // `changed()` is called when keys change, `stop()` on Escape.
   constructor(changed, stop) {
     this.changed = changed;
     this.stop = stop;
     this.down = new Set();
   }
 
-  // Hears keys that are pressed in a window.
+  // Receives keys that are pressed in a window.
   listen(window) {
-    // Before anything on the page: a space bar is not to press the button last used.
+    // Before anything else on the page: the space bar must not press a button.
     window.addEventListener("keydown", (event) => {
       if (event.code === "Escape") return this.stop();
       if (event.key === "Meta") return this.#let_go();
@@ -52,7 +52,7 @@ export class Keys {
     this.down.clear();
   }
 
-  // Of keys that are let go while Meta is down, macOS says nothing.
+  // macOS does not report keys that are released while Meta is down.
   #let_go() {
     this.neutral();
     this.changed();
@@ -63,7 +63,7 @@ export class Keys {
   }
 
   #sum(axis) {
-    const pushed = new Set(); // By two keys, a way is still pushed once.
+    const pushed = new Set(); // Two keys of one direction count once.
     for (const code of this.down) {
       if (STEER[code]?.[0] === axis) pushed.add(STEER[code][1]);
     }

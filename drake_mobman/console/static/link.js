@@ -1,13 +1,13 @@
-// The socket to the session. What cannot be sent now is not sent at all: a command that
-// arrives late is worse than none.
+// The WebSocket to the session. What cannot be sent now is not sent at all: a command
+// that arrives late is worse than none.
 
 const AGAIN = 500; // Before a socket that closed is opened again [ms].
-const SILENT = 1000; // Without a word from the session, one is told so [ms].
+const SILENT = 1000; // Without data from the session, the page says so [ms].
 const LOST = 5000; // After that, another socket is tried [ms].
 
 export class Link {
   // `heard(state)` is called with each state of the session, `closed(why)` when the
-  // socket is, or when nothing is heard any more.
+  // socket closes, or when no data arrives any more.
   constructor(heard, closed) {
     this.heard = heard;
     this.closed = closed;
@@ -29,17 +29,17 @@ export class Link {
     return open;
   }
 
-  // When it is now, and by how much the session's clock is ahead of ours, at least: what
-  // it said, it said before we heard it. By these it sees how late a message comes.
+  // The time now, and by how much the session's clock is ahead of ours, at least, as it
+  // sent its time before we received it. From these it bounds the latency of a message.
   times() {
     return { sent: performance.now() / 1000, ahead: this.ahead };
   }
 
-  // Looks whether the session is still heard; to be called now and then.
+  // Checks whether data still arrives; to be called often.
   check() {
     const silent = performance.now() - this.last;
     if (this.socket.readyState !== WebSocket.OPEN || silent < SILENT) return;
-    this.closed("not a word from it");
+    this.closed("no data from it");
     if (silent > LOST) this.socket.close();
   }
 
@@ -48,7 +48,7 @@ export class Link {
     const socket = new WebSocket(`${secure}://${location.host}/drive`);
     this.socket = socket;
     this.ahead = null;
-    this.last = Infinity; // When it was last heard [ms].
+    this.last = Infinity; // When data last arrived [ms].
     socket.onopen = () => (this.last = performance.now());
     socket.onmessage = (event) => {
       if (socket.readyState !== WebSocket.OPEN) return; // Given up.

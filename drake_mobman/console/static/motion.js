@@ -1,18 +1,18 @@
-// What moves in the picture, heard from the session by a socket of its own.
+// What moves in the picture, received from the session over its own WebSocket.
 
 const AGAIN = 500; // Before a socket that closed is opened again [ms].
-const SILENT = 3000; // Without a word from the session, the picture stands still [ms].
+const SILENT = 3000; // Without data from the session, the picture is frozen [ms].
 
 export class Motion {
-  // `still(why)` is called with why the picture stands still, or nothing if it does not.
+  // `still(why)` is called with why the picture is frozen, or nothing if it is not.
   constructor(still) {
     this.still = still;
     this.viewer = null;
-    this.last = 0; // When it was last heard [ms].
+    this.last = 0; // When data last arrived [ms].
     setInterval(() => this.#check(), SILENT / 3);
   }
 
-  // Shows in Meshcat's viewer, from now on, what moves.
+  // Shows what moves in Meshcat's viewer from now on.
   show(viewer, { THREE }) {
     this.viewer = viewer;
     this.lines = THREE.Float32BufferAttribute;
@@ -30,7 +30,7 @@ export class Motion {
     const secure = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${secure}://${location.host}/view/`);
     this.socket = socket;
-    this.points = {}; // Of lines, by path; all is told anew.
+    this.points = {}; // Of lines, by path; the session sends all again.
     this.last = performance.now();
     socket.onmessage = ({ data }) => {
       if (socket !== this.socket || !this.viewer) return;
@@ -40,14 +40,14 @@ export class Motion {
     };
     socket.onclose = () => {
       if (socket !== this.socket || !this.viewer) return;
-      this.still("The picture stands still: no connection to the session.");
+      this.still("The picture is frozen: no connection to the session.");
       setTimeout(() => socket === this.socket && this.viewer && this.#open(), AGAIN);
     };
   }
 
   #check() {
     if (!this.viewer || performance.now() - this.last < SILENT) return;
-    this.still("The picture stands still: not a word from the session.");
+    this.still("The picture is frozen: no data from the session.");
     this.#open();
   }
 
@@ -65,7 +65,7 @@ export class Motion {
     this.points[path] = points;
     const names = path.split("/").filter(Boolean);
     const { geometry } = this.viewer.scene_tree.find([...names, "<object>"]).object;
-    geometry.dispose(); // What the graphics card holds of it.
+    geometry.dispose(); // Frees its memory on the graphics card.
     geometry.setAttribute("position", new this.lines(points.flat(), 3));
     geometry.computeBoundingSphere();
     this.viewer.set_dirty();

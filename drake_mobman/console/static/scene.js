@@ -1,6 +1,5 @@
-// The picture in its frame, drawn by Meshcat's page. Where a machine has no graphics
-// card, drawing takes most of its time; the stick comes first, and the picture gets
-// coarser.
+// The picture in its frame, drawn by Meshcat's page. Without a graphics card, drawing
+// takes most of the machine's time; the stick comes first, so the picture gets coarser.
 
 import { Motion } from "./motion.js";
 
@@ -12,9 +11,9 @@ const SOFTWARE = /swiftshader|llvmpipe|software|basic render/i; // No graphics c
 const AGAIN = 3000; // Before a page that did not load is loaded again [ms].
 
 export class Scene {
-  // `opened(window)` is called with Meshcat's own window, and again where it is loaded
-  // anew; there is no `viewer` in it where the browser has no WebGL. Why there is no
-  // picture, or none that moves, is said in `notice`.
+  // `opened(window)` is called with Meshcat's own window, each time it is loaded; there
+  // is no `viewer` in it where the browser has no WebGL. `notice` shows why there is no
+  // picture, or why it is frozen.
   constructor(frame, notice, opened) {
     this.frame = frame;
     this.notice = notice;
@@ -26,7 +25,7 @@ export class Scene {
     this.#loaded();
   }
 
-  // Takes note that a timer came late by so much [ms].
+  // Notes how late a timer came [ms].
   came_late(late) {
     this.late += (Math.min(late, 100) - this.late) / PATIENCE;
     this.count += 1;
@@ -50,7 +49,7 @@ export class Scene {
     this.#renderer.setPixelRatio(ratio);
   }
 
-  // Takes over what has been loaded, unless it still is on its way.
+  // Takes over the loaded page, unless it is still loading.
   #loaded() {
     const inside = this.frame.contentDocument; // None, where it could not be loaded.
     if (inside && inside.readyState !== "complete") return;
@@ -68,7 +67,7 @@ export class Scene {
     this.opened(this.frame.contentWindow);
   }
 
-  // Hides Meshcat's own panel: nothing in it is for the operator.
+  // Hides Meshcat's own panel: the operator does not need it.
   #tidy(inside) {
     if (SOFTWARE.test(this.#drawn_by())) this.#draw(COARSEST);
     const style = inside.createElement("style");

@@ -1,4 +1,4 @@
-// What the session says of itself, shown.
+// The session's state, shown on the page.
 
 const ARMING = ["latched", "ready", "armed"];
 const ROLE = {
@@ -14,7 +14,7 @@ function put(name, text) {
   if (element && element.textContent !== text) element.textContent = text;
 }
 
-// `aside` is what the page itself has to say, where nothing is more urgent.
+// `aside` is the page's own notice, shown if nothing is more urgent.
 export function show(state, aside) {
   const root = document.documentElement.dataset;
   root.role = state.role;

@@ -23,7 +23,7 @@ from websockets.sync.client import connect
 PATIENCE = 60.0
 """Of a test that waits for what is to happen at once, on a busy machine [s]."""
 
-COMMAND = [sys.executable, "-m", "drake_mobman.cli.app", "drive"]
+COMMAND = [sys.executable, "-m", "drake_mobman", "drive"]
 
 LATCHED, READY, ARMED = range(3)
 """What a session says of its arming."""

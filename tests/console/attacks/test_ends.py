@@ -17,9 +17,9 @@ import pytest
 from typer.testing import CliRunner
 
 from drake_mobman.cli.app import app
-from drake_mobman.console.driving import scenario_file
+from drake_mobman.console.addresses import listening, token_for
+from drake_mobman.console.launch import scenario_file
 from drake_mobman.console.mailbox import OperatorInput
-from drake_mobman.console.server import listening, token_for
 from drake_mobman.console.session import LiveSession
 from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
@@ -37,7 +37,7 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 def command(*arguments, more=("-X", "importtime")):
-    module = [*more, "-m", "drake_mobman.cli.app"]
+    module = [*more, "-m", "drake_mobman"]
     return [sys.executable, *module, "drive", *map(str, arguments), "--port", "0"]
 
 
@@ -177,7 +177,7 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
         finally:
             process.kill()
     why = "No space left on device" if kind == "full" else "Broken pipe"
-    assert errors == f"mobman: the standard output was not taken: {why}\n"
+    assert errors == f"mobman: cannot write to the standard output: {why}\n"
     assert process.returncode == 1
 
 
@@ -187,7 +187,7 @@ def test_output_that_takes_nothing_ends_it_without_a_traceback(tmp_path, kind):
 def test_operator_who_is_killed_leaves_the_robot_at_rest(drive, operator):
     operator.moves()
     operator.socket.shutdown(socket.SHUT_RDWR)  # As the kernel does of a browser.
-    state = drive.rests("stopped: the operator has gone")
+    state = drive.rests("stopped: the operator left")
     assert state["arming"] != ARMED
 
 
@@ -219,7 +219,7 @@ def test_wall_clock_that_jumps_changes_nothing(monkeypatch):
             assert time.monotonic() < until_armed
             sequence += 1
             held = session.snapshot().arming != Arming.LATCHED
-            session.tell(OperatorInput(sequence, dead_man=held))
+            session.send(OperatorInput(sequence, dead_man=held))
             time.sleep(0.02)
         simulated, wall = session.snapshot().time, time.monotonic()
         time.sleep(1.0)
@@ -230,7 +230,7 @@ def test_wall_clock_that_jumps_changes_nothing(monkeypatch):
 # --- Recordings ----------------------------------------------------------------------
 
 
-def test_dozens_of_resets_and_records_have_one_finisher(
+def test_dozens_of_resets_and_records_have_one_post_processor(
     mobman_drive, operator_of, tmp_path
 ):
     arguments = ("kwon_1", "--record", tmp_path / "session")

@@ -11,7 +11,7 @@ import time
 import pytest
 from websockets.exceptions import WebSocketException
 
-from drake_mobman.console.auth import SOCKETS
+from drake_mobman.console.auth import MAX_SOCKETS
 
 pytestmark = pytest.mark.realtime
 
@@ -112,7 +112,7 @@ def test_hundreds_of_sockets_that_read_are_bounded(drive, operator):
         for _ in range(200):
             with contextlib.suppress(WebSocketException, OSError):
                 pages.append(stack.enter_context(drive.connect()))
-        assert len(pages) <= SOCKETS
+        assert len(pages) <= MAX_SOCKETS
         ended = time.monotonic() + 1.5
         while time.monotonic() < ended:
             for page in pages:

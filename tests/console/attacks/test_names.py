@@ -114,6 +114,7 @@ def browser():
         browser.close()
 
 
+@pytest.mark.browser
 @in_a_browser
 def test_names_are_text_in_the_page_and_in_the_terminal(
     mobman_drive, tmp_path, browser
@@ -209,6 +210,7 @@ def elsewhere():
         server.shutdown()
 
 
+@pytest.mark.browser
 @in_a_browser
 @pytest.mark.parametrize("site", ["localhost", "127.0.0.1"])
 def test_page_of_another_site_gets_nothing_and_holds_up_nobody(
@@ -232,6 +234,7 @@ def test_page_of_another_site_gets_nothing_and_holds_up_nobody(
     context.close()
 
 
+@pytest.mark.browser
 @in_a_browser
 def test_link_on_another_site_opens_the_page(drive, browser, elsewhere):
     context = browser.new_context()
@@ -242,6 +245,7 @@ def test_link_on_another_site_opens_the_page(drive, browser, elsewhere):
     context.close()
 
 
+@pytest.mark.browser
 @in_a_browser
 def test_gamepad_that_cannot_be_used_is_told_of(drive, browser):
     context = browser.new_context()

@@ -50,8 +50,8 @@ ORIGINS = [
 
 PATHS = [
     *("/../etc/passwd", "/static/../../etc/passwd", "/static/..%2f..%2fetc/passwd"),
-    *("/static/%2e%2e/%2e%2e/door.py", "/static//etc/passwd", "/static/....//door.py"),
-    *("/static/..%5c..%5cdoor.py", "/static/%00", "/static/console.js%00.css"),
+    *("/static/%2e%2e/%2e%2e/auth.py", "/static//etc/passwd", "/static/....//auth.py"),
+    *("/static/..%5c..%5cauth.py", "/static/%00", "/static/console.js%00.css"),
     *("/view/../../etc/passwd", "/view/..%2f..%2fetc%2fpasswd", "/view//evil.example/"),
     *("/view/http://evil.example/", "/view/@evil.example/", "/view/%2f%2fevil.example"),
     *("/view/%0d%0aX-Evil:%201", "/%0d%0aSet-Cookie:%20evil=1", "/%1b%5b31m"),

@@ -1,0 +1,145 @@
+"""Limits of speed, acceleration and jerk of the base command.
+
+Ours. The command goes to what is wanted as fast as these allow, and arrives there at
+rest: it does not overshoot what is held.
+"""
+
+import dataclasses as dc
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from drake_mobman import signals
+from drake_mobman.arm.limits import braking_rate
+from drake_mobman.blocks import cached, scalar_block
+from drake_mobman.parameters import (
+    ACCELERATION,
+    JERK,
+    SPEED,
+    YAW_ACCELERATION,
+    YAW_JERK,
+    YAW_RATE,
+    checked,
+    checked_period,
+    within,
+)
+from drake_mobman.robot_model import BaseLimits, RobotSetup
+from drake_mobman.scalars import Scalar, finite_or_zero, saturated, smaller
+
+
+@dc.dataclass
+class JerkLimited:
+    """The base takes on a command within limits of its jerk, too."""
+
+    max_speed: float = 0.5  # Of the base, forward and back [m/s].
+    max_acceleration: float = 1.0  # [m/s^2].
+    max_jerk: float = 10.0  # [m/s^3].
+    max_yaw_rate: float = 1.0  # [rad/s].
+    max_yaw_acceleration: float = 2.0  # [rad/s^2].
+    max_yaw_jerk: float = 20.0  # [rad/s^3].
+
+    def check(self) -> None:
+        """Raises `ParameterError` unless all are in range."""
+        within(self, SPEED, "max_speed")
+        within(self, ACCELERATION, "max_acceleration")
+        within(self, JERK, "max_jerk")
+        within(self, YAW_RATE, "max_yaw_rate")
+        within(self, YAW_ACCELERATION, "max_yaw_acceleration")
+        within(self, YAW_JERK, "max_yaw_jerk")
+
+    def limits(self) -> BaseLimits:
+        """Returns the limits that the base keeps to."""
+        return BaseLimits(**dc.asdict(self))
+
+    def build(self, setup: RobotSetup) -> "JerkLimiter":
+        """Returns the block for a robot."""
+        return JerkLimiter(self, setup.period)
+
+
+def jerk_limited(
+    last: Scalar,
+    slope: Scalar,
+    raw: Scalar,
+    limits: tuple[float, float, float],
+    period: float,
+) -> tuple[Scalar, Scalar]:
+    """Returns the next command sent, one component of it, and its slope.
+
+    A slope that jerk can bring to 0 in the gap that is left: that is a joint nearing
+    the end of its range, one derivative higher.
+
+    Args:
+        last: command last sent.
+        slope: its rate of change then.
+        raw: what the controller wants now; a stop where it is not finite.
+        limits: largest magnitude, slope, and change of slope in a second.
+        period: for which a command is held, h [s].
+    """
+    limit, steepest, jerk = limits
+    gap = saturated(finite_or_zero(raw), limit) - last
+    bound = smaller(braking_rate(abs(gap), jerk, period), steepest)
+    wanted = saturated(gap / period, bound)
+    slope = slope + saturated(wanted - slope, jerk * period)
+    return last + period * slope, slope
+
+
+@scalar_block
+class JerkLimiter(LeafSystem):
+    """Turns a raw base command into one of bounded speed, acceleration and jerk.
+
+    .. pydrake_system::
+
+        name: JerkLimiter
+        input_ports:
+        - base_command
+        output_ports:
+        - base_command_smoothed
+
+    The state is the command last sent (2,), and its slope (2,).
+
+    Args:
+        params: limits.
+        period: control period [s].
+
+    Raises:
+        ParameterError: where a parameter is not valid.
+    """
+
+    def __init__(self, params: JerkLimited, period: float) -> None:
+        p = self.params = checked(params)
+        self.period = checked_period(period)
+        self._limits = (
+            (p.max_speed, p.max_acceleration, p.max_jerk),
+            (p.max_yaw_rate, p.max_yaw_acceleration, p.max_yaw_jerk),
+        )
+        self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
+        self.DeclareDiscreteState(4)
+        self._next = cached(self, self._calc_next)
+        self.DeclareVectorOutputPort(
+            signals.BASE_COMMAND_SMOOTHED,
+            2,
+            self._calc_smoothed,
+            prerequisites_of_calc={self._next.ticket},
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+
+    def _calc_next(self, context: Any) -> list[Scalar]:
+        """Returns the next state (4,)."""
+        raw = self.raw.Eval(context).tolist()
+        state = context.get_discrete_state_vector()
+        at = [state.GetAtIndex(i) for i in range(4)]
+        pairs = [
+            jerk_limited(at[i], at[2 + i], raw[i], self._limits[i], self.period)
+            for i in range(2)
+        ]
+        return [command for command, _ in pairs] + [slope for _, slope in pairs]
+
+    def _calc_smoothed(self, context: Any, output: Any) -> None:
+        output.SetFromVector(np.array(self._next(context)[:2]))
+
+    def _keep(self, context: Any, state: Any) -> None:
+        state.get_mutable_vector().SetFromVector(np.array(self._next(context)))
+
+
+JerkLimiter_ = JerkLimiter.template
