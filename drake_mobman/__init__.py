@@ -22,8 +22,10 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
     from drake_mobman.arm.damped_inverse import DampedInverse
     from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
+    from drake_mobman.arm.inverse import ArmInverse
     from drake_mobman.arm.limits import JointLimits
     from drake_mobman.arm.oriented_inverse import OrientedInverse
+    from drake_mobman.base.jerk_limited import JerkLimited, JerkLimiter
     from drake_mobman.base.smoother import CommandSmoother, Smoother
     from drake_mobman.base.unsmoothed import CommandPassThrough, Unsmoothed
     from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
@@ -80,9 +82,12 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.teleop.scripted import Held, Script, ScriptedSource, Smooth
     from drake_mobman.teleop.stop_ramp import StopRamp
 else:
-    __getattr__ = lazy_getattr(__name__)
+    __getattr__ = lazy_getattr(
+        __name__, ("arm", "base", "decomposers", "guidance", "robots", "teleop")
+    )
 
 __all__ = [
+    "ArmInverse",
     "BaseLimits",
     "Blending",
     "BlendingDecomposer",
@@ -111,6 +116,8 @@ __all__ = [
     "GuidingHand",
     "Hand",
     "Held",
+    "JerkLimited",
+    "JerkLimiter",
     "JointLimits",
     "Kinematic",
     "KinematicRobot",

@@ -164,7 +164,7 @@ RECIPES = {
                 self.way = 0.0
 
             def take(self, window):
-                v = window["base_velocity"][window.shown :, 0]
+                v = window.fresh("base_velocity")[:, 0]
                 self.way += window.period * float(np.abs(v).sum())
 
             def numbers(self):
@@ -262,10 +262,10 @@ def test_a_decomposer_is_run_with_the_metric_and_the_figure(mobman, tmp_path):
 
 
 def test_it_is_compared_with_the_others(mobman, tmp_path):
-    names = "--decomposers=halving,turning_only,blending"
+    names = "--decomposers=halving,turningonly,blending"
     mobman("compare", "kwon_1", names, *SHORT)
     page = (tmp_path / "comparison" / "kwon_1" / "comparison.md").read_text()
-    for text in ("halving", "turning_only", "base_way"):
+    for text in ("halving", "turningonly", "base_way"):
         assert text in page
 
 
@@ -320,6 +320,7 @@ def test_a_kind_that_lacks_something_is_refused_at_import(copy, tmp_path):
         check=False,
         capture_output=True,
         text=True,
+        cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(broken)},
     )
     assert "TypeError: Halving lacks build of DecomposerParams" in ended.stderr

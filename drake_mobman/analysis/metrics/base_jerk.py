@@ -22,7 +22,7 @@ class BaseJerk(Metric):
     def take(self, window: Window) -> None:
         """Takes the next window into account; it repeats the two samples it needs."""
         speed = window[signals.BASE_COMMAND_SMOOTHED][:, 0]
-        self._jerk.take(np.diff(speed, 2) / window.run.scenario.period**2)
+        self._jerk.take(np.diff(speed, 2) / window.period**2)
 
     def numbers(self) -> dict[str, Any]:
         """Returns the root mean square [m/s^3]."""

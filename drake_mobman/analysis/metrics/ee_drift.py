@@ -23,7 +23,7 @@ class EndEffectorDrift(Metric):
     def take(self, window: Window) -> None:
         """Takes the next window into account."""
         motion, repeated = window.motion, window.repeated
-        path = motion.commanded_path(window.run.scenario.period)
+        path = motion.commanded_path(window.period)
         if self._last is not None:
             path += self._last - path[repeated - 1]
         self._last = path[-1]

@@ -30,6 +30,11 @@ class Window:
         """Returns a signal without the samples repeated from the window before."""
         return self.log[signal][self.repeated :]
 
+    @property
+    def period(self) -> float:
+        """Returns the control period [s]."""
+        return self.run.scenario.period
+
     @functools.cached_property
     def motion(self) -> EndEffectorMotion:
         """Returns the end effector's motion, worked out once for all metrics."""
