@@ -57,8 +57,8 @@ def smallest(*values: Scalar, made_of: Sequence[Scalar] | None = None) -> Scalar
 
     Args:
         values: of which one is chosen.
-        made_of: where given, what NaN is looked for among in Expressions, instead of in
-            the values, which may be far longer. With floats, it is among the values.
+        made_of: of Expressions, shorter ones that are NaN where a value is; they are
+            checked for NaN instead of the values.
     """
     total = sum(values)
     if type(total) is Expression:
@@ -83,8 +83,8 @@ def _chosen(
     """Returns Drake's `min` or `max` of several Expressions, NaN where any is NaN.
 
     Drake's returns its first argument where either is NaN, and so does a chain of them.
-    First stands what is NaN where any of the values is, and else is never chosen: a sum
-    of magnitudes. To choose by a formula instead would double all again and again.
+    So the first argument is one that is NaN where any of the values is, and that is
+    never chosen otherwise: a sum of magnitudes. A formula would double all values.
 
     Args:
         choice: `symbolic_min` or `symbolic_max`.

@@ -78,7 +78,7 @@ class Hand:
     # that of the Franka arm is 0.43 kg at least, in any posture and direction.
     damping: float = 80.0  # Force per velocity of the tool from the hand's [Ns/m].
     max_force: float = 60.0  # Largest norm of the force [N].
-    # Where it is to be when.
+    # Where the hand is, and when.
     path: list[Waypoint] = dc.field(default_factory=lambda: [Waypoint()])
     releases: list[Release] = dc.field(default_factory=list)  # When it lets go.
 

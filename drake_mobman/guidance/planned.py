@@ -1,4 +1,4 @@
-"""A guiding hand that nobody leads."""
+"""A guiding hand that no operator steers."""
 
 import dataclasses as dc
 from typing import ClassVar
@@ -6,7 +6,7 @@ from typing import ClassVar
 
 @dc.dataclass
 class Planned:
-    """The hand that pulls goes along its own path."""
+    """The guiding hand moves along its own path."""
 
     fed: ClassVar[bool] = False
     finite: ClassVar[bool] = True

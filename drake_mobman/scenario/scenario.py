@@ -88,7 +88,8 @@ class Scenario:
         with below("smoother"):
             check_base(self.smoother, setup.model.base_limits)
         self.check_fit(setup)
-        self.in_whole_steps().build_all(setup)
+        whole = self.in_whole_steps()
+        whole.build_all(dc.replace(setup, period=whole.period))
 
     def check_fit(self, setup: RobotSetup) -> None:
         """Raises `ParameterError` where such a scenario does not fit its robot."""

@@ -81,8 +81,10 @@ def pushed_and_lost(name, overrides):
 def test_base_is_at_rest_in_time_after_the_last_word(name, overrides):
     scenario, log = pushed_and_lost(name, overrides)
     spoken = 3.2
-    smoother = scenario.smoother
-    braking = smoother.max_speed / smoother.max_acceleration
+    limits = scenario.smoother.limits()
+    braking = limits.max_speed / limits.max_acceleration
+    if limits.follows_at_once:
+        braking = scenario.guard.stop_time
     late = log["time"] > spoken + scenario.gate.fresh + braking + SLACK
     before = (log["time"] > 2.5) & (log["time"] < spoken)
     assert np.abs(log["base_command_smoothed"][before, 0]).min() > 0.1
@@ -95,8 +97,9 @@ def test_base_is_at_rest_in_time_after_the_last_word(name, overrides):
 @pytest.mark.parametrize(("name", "overrides"), LOOPS)
 def test_base_stops_without_more_acceleration_than_it_may_have(name, overrides):
     scenario, log = pushed_and_lost(name, overrides)
-    most = scenario.smoother.max_acceleration
-    if scenario.smoother.limits().follows_at_once:
+    limits = scenario.smoother.limits()
+    most = limits.max_acceleration
+    if limits.follows_at_once:
         # The gate's ramp, by which the base's share of it goes to rest as well.
         most = 2 * scenario.guard.max_v_c / scenario.guard.stop_time
     stop = log["time"] > 3.2
