@@ -5,8 +5,9 @@ import math
 from typing import Any
 
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
-from drake_mobman.arm.jacobian_arm import Damping, JacobianArm
+from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import ORIENTATIONS, OrientedInverse
+from drake_mobman.arm.pseudo_inverse import Damping
 from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.parameters import LENGTH, one_of, within
 from drake_mobman.robot_model import RobotModel, RobotSetup
@@ -52,7 +53,8 @@ class Spatial(TwoLinks):
 
     def arm_inverse(self, setup: RobotSetup) -> Any:
         """Returns the arm's inverse: in closed form, or with the hand turned in W."""
-        arm, limits, period = setup.arm, setup.joint_limits, setup.period
+        arm: Any = setup.arm
+        limits, period = setup.joint_limits, setup.period
         if self.orientation == "reach":
             return ClosedFormInverse(arm, limits, period, by=setup.inverse)
         return OrientedInverse(arm, limits, period, self.orientation)
