@@ -13,7 +13,6 @@ from drake_mobman import signals
 from drake_mobman.guidance.guiding_hand import holds
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
 from drake_mobman.robots.end_effector import EndEffectorStates, ee_states
-from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.simulation.log import Log
 from drake_mobman.simulation.run import Run
 
@@ -86,7 +85,7 @@ def ee_motion(run: Run, model: RobotModel | None = None) -> EndEffectorMotion:
         model: of its robot, if not the run's own.
     """
     log, model = run.log, model or run.model
-    kinematic = isinstance(run.scenario.fidelity, Kinematic)
+    kinematic = not run.scenario.fidelity.has_masses
     if kinematic:
         states, velocity = _mean_motion(model, log, run.scenario.period)
     else:

@@ -5,7 +5,7 @@ rest: it does not overshoot what is held.
 """
 
 import dataclasses as dc
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -25,7 +25,7 @@ from drake_mobman.parameters import (
     within,
 )
 from drake_mobman.robot_model import BaseLimits, RobotSetup
-from drake_mobman.scalars import Scalar, finite_or_zero, saturated, smaller
+from drake_mobman.scalars import Scalar, Vector, finite_or_zero, saturated, smaller
 
 
 @dc.dataclass
@@ -38,6 +38,7 @@ class JerkLimited:
     max_yaw_rate: float = 1.0  # [rad/s].
     max_yaw_acceleration: float = 2.0  # [rad/s^2].
     max_yaw_jerk: float = 20.0  # [rad/s^3].
+    states: ClassVar[int] = 4
 
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range."""
@@ -51,6 +52,18 @@ class JerkLimited:
     def limits(self) -> BaseLimits:
         """Returns the limits that the base keeps to."""
         return BaseLimits(**dc.asdict(self))
+
+    def next(self, state: Vector, raw: Vector, period: float) -> list[Scalar]:
+        """Returns the next state (4,): the command sent, and its slope."""
+        limits = (
+            (self.max_speed, self.max_acceleration, self.max_jerk),
+            (self.max_yaw_rate, self.max_yaw_acceleration, self.max_yaw_jerk),
+        )
+        (v, v_slope), (omega, omega_slope) = (
+            jerk_limited(state[i], state[2 + i], raw[i], limits[i], period)
+            for i in range(2)
+        )
+        return [v, omega, v_slope, omega_slope]
 
     def build(self, setup: RobotSetup) -> "JerkLimiter":
         """Returns the block for a robot."""
@@ -107,12 +120,8 @@ class JerkLimiter(LeafSystem):
     """
 
     def __init__(self, params: JerkLimited, period: float) -> None:
-        p = self.params = checked(params)
+        self.params = checked(params)
         self.period = checked_period(period)
-        self._limits = (
-            (p.max_speed, p.max_acceleration, p.max_jerk),
-            (p.max_yaw_rate, p.max_yaw_acceleration, p.max_yaw_jerk),
-        )
         self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
         self.DeclareDiscreteState(4)
         self._next = cached(self, self._calc_next)
@@ -126,14 +135,9 @@ class JerkLimiter(LeafSystem):
 
     def _calc_next(self, context: Any) -> list[Scalar]:
         """Returns the next state (4,)."""
-        raw = self.raw.Eval(context).tolist()
-        state = context.get_discrete_state_vector()
-        at = [state.GetAtIndex(i) for i in range(4)]
-        pairs = [
-            jerk_limited(at[i], at[2 + i], raw[i], self._limits[i], self.period)
-            for i in range(2)
-        ]
-        return [command for command, _ in pairs] + [slope for _, slope in pairs]
+        vector = context.get_discrete_state_vector()
+        state = [vector.GetAtIndex(i) for i in range(4)]
+        return self.params.next(state, self.raw.Eval(context).tolist(), self.period)
 
     def _calc_smoothed(self, context: Any, output: Any) -> None:
         output.SetFromVector(np.array(self._next(context)[:2]))

@@ -4,7 +4,7 @@ Petric & Zlajpah, eqs. 7-12.
 """
 
 import dataclasses as dc
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -24,6 +24,7 @@ from drake_mobman.parameters import (
 from drake_mobman.robot_model import BaseLimits, RobotSetup
 from drake_mobman.scalars import (
     Scalar,
+    Vector,
     finite_or_zero,
     nearer_to_rest,
     saturated,
@@ -40,6 +41,7 @@ class Smoother:
     max_acceleration: float = 1.0  # [m/s^2].
     max_yaw_rate: float = 1.0  # [rad/s].
     max_yaw_acceleration: float = 2.0  # [rad/s^2].
+    states: ClassVar[int] = 2
 
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range."""
@@ -57,6 +59,15 @@ class Smoother:
             self.max_yaw_rate,
             self.max_yaw_acceleration,
         )
+
+    def next(self, state: Vector, raw: Vector, period: float) -> list[Scalar]:
+        """Returns the next command sent (2,), from the last one (eqs. 7-11)."""
+        steps = self.max_acceleration, self.max_yaw_acceleration
+        limits = self.max_speed, self.max_yaw_rate
+        return [
+            smoothed(state[i], raw[i], self.smoothing, steps[i] * period, limits[i])
+            for i in range(2)
+        ]
 
     def build(self, setup: RobotSetup) -> "CommandSmoother":
         """Returns the block for a robot."""
@@ -128,20 +139,9 @@ class CommandSmoother(LeafSystem):
 
     def _calc_smoothed(self, context: Any, output: Any) -> None:
         raw = self.raw.Eval(context).tolist()
-        p, last = self.params, context.get_discrete_state_vector()
-        steps = p.max_acceleration, p.max_yaw_acceleration
-        limits = p.max_speed, p.max_yaw_rate
-        command = [
-            smoothed(
-                last.GetAtIndex(i),
-                raw[i],
-                p.smoothing,
-                steps[i] * self.period,
-                limits[i],
-            )
-            for i in range(2)
-        ]
-        output.SetFromVector(np.array(command))
+        state = context.get_discrete_state_vector()
+        last = state.GetAtIndex(0), state.GetAtIndex(1)
+        output.SetFromVector(np.array(self.params.next(last, raw, self.period)))
 
     def _keep_smoothed(self, context: Any, state: Any) -> None:
         state.get_mutable_vector().SetFromVector(self.smoothed.Eval(context))

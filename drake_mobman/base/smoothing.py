@@ -1,8 +1,9 @@
 """What stands between a base command and the base."""
 
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from drake_mobman.robot_model import BaseLimits, RobotSetup
+from drake_mobman.scalars import Vector
 
 
 class SmoothingParams(Protocol):
@@ -10,9 +11,20 @@ class SmoothingParams(Protocol):
 
     max_speed: float  # Of the base, forward and back [m/s].
     max_yaw_rate: float  # [rad/s].
+    states: ClassVar[int]  # Size of its state, of which the first two are the command.
 
     def limits(self) -> BaseLimits:
         """Returns the limits that the base keeps to behind it."""
+
+    def next(self, state: Vector, raw: Vector, period: float) -> Vector:
+        """Returns the state after a period: the law.
+
+        Args:
+            state: begins with the command last sent (2,) [m/s], [rad/s]; all zero at
+                rest.
+            raw: `base_command` (2,).
+            period: control period [s].
+        """
 
     def build(self, setup: RobotSetup) -> Any:
         """Returns the block."""

@@ -1,7 +1,7 @@
 """No smoothing: the base gets its command as it is."""
 
 import dataclasses as dc
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -10,7 +10,7 @@ from drake_mobman import signals
 from drake_mobman.blocks import scalar_block
 from drake_mobman.parameters import SPEED, YAW_RATE, within
 from drake_mobman.robot_model import BaseLimits, RobotSetup
-from drake_mobman.scalars import finite_or_zero
+from drake_mobman.scalars import Scalar, Vector, finite_or_zero
 
 
 @dc.dataclass
@@ -20,6 +20,7 @@ class Unsmoothed:
     # Kept by decomposers; a command that is faster passes all the same.
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
     max_yaw_rate: float = 1.0  # [rad/s].
+    states: ClassVar[int] = 2
 
     def check(self) -> None:
         """Raises `ParameterError` unless both are in range."""
@@ -29,6 +30,10 @@ class Unsmoothed:
     def limits(self) -> BaseLimits:
         """Returns the limits that decomposers keep to."""
         return BaseLimits(max_speed=self.max_speed, max_yaw_rate=self.max_yaw_rate)
+
+    def next(self, _state: Vector, raw: Vector, _period: float) -> list[Scalar]:
+        """Returns the next command sent (2,): the raw one, if it is finite."""
+        return [finite_or_zero(x) for x in raw]
 
     def build(self, _setup: RobotSetup) -> "CommandPassThrough":
         """Returns the block for a robot."""

@@ -1,6 +1,6 @@
 """What every fidelity has, so that one swaps for another."""
 
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from pydrake.systems.framework import Diagram
 
@@ -13,6 +13,8 @@ class FidelityParams(Protocol):
     With forces, a hand may pull the arm: then there are `build_guided` and
     `guided_plant` too, as `Servo` has them.
     """
+
+    has_masses: ClassVar[bool]  # Else the robot has a commanded velocity at once.
 
     def build(self, setup: RobotSetup, start: list[float]) -> Diagram:
         """Returns the robot as a diagram.

@@ -1,7 +1,7 @@
 """The robot at fidelity `kinematic`: it does as commanded, by Euler steps."""
 
 import dataclasses as dc
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
@@ -18,6 +18,8 @@ from drake_mobman.scalars import Matrix, Vector
 @dc.dataclass
 class Kinematic:
     """The robot does as commanded, by Euler steps of the control period."""
+
+    has_masses: ClassVar[bool] = False
 
     def build(self, setup: RobotSetup, start: list[float]) -> Diagram:
         """Returns the robot as a diagram."""

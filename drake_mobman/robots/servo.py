@@ -2,7 +2,7 @@
 
 import dataclasses as dc
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.multibody.parsing import Parser
@@ -40,6 +40,7 @@ class Servo:
     joint_damping: float = 1.0  # Of the arm's joints, where they are free [N m s].
     # A free arm that is let go stays where it is to the base; with this, it goes home.
     joint_stiffness: float = 0.0  # Of the same, towards the start [N m/rad].
+    has_masses: ClassVar[bool] = True
 
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range."""
