@@ -137,9 +137,6 @@ class Ramp:
 class RampDecomposer(mm.ShareDecomposer):
     """Authority passes in a straight line."""
 
-    def __init__(self, params, workspace, num_joints):
-        self.declare(params, workspace, num_joints)
-
 
 def test_decomposer_of_ones_own_runs_in_a_scenario():
     run = mm.simulate("kwon_arbitrary", decomposer=Ramp(width=0.3), duration=5.0)

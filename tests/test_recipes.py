@@ -44,8 +44,7 @@ RECIPES = {
 
         @scalar_block
         class HalvingDecomposer(ShareDecomposer):
-            def __init__(self, params, workspace, num_joints):
-                self.declare(params, workspace, num_joints)
+            """Base and arm make half of the command each."""
         ''',
     ),
     "base/turning_only": (

@@ -165,7 +165,7 @@ class CompensatedDecomposer(LeafSystem):
         """Returns the sum of the `DecomposerStatus` flags that hold."""
         raise NotImplementedError
 
-    def declare(self) -> None:
+    def declare_ports(self) -> None:
         """Declares the ports."""
         declare_decomposer_ports(
             self,

@@ -244,7 +244,7 @@ class ExactDecomposer(CompensatedDecomposer):
         self.limiter = Limiter(
             arm, joint_limits, base_limits, edges, checked_period(period)
         )
-        self.declare()
+        self.declare_ports()
         state = tickets(self, self.command, self.ee_cylindrical, self.arm_position)
         self._base = cached(self, self._calc_base_command, state)
         smoothed = tickets(self, self.base_command_smoothed)

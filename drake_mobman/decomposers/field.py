@@ -82,7 +82,7 @@ class FieldDecomposer(CompensatedDecomposer):
         self.params, self.reach = checked(params), checked(reach)
         self.arm, self.limiter = arm, limiter
         params.check_reach(reach)
-        self.declare()
+        self.declare_ports()
         self._followed = cached(
             self, self._calc_followed, tickets(self, self.arm_position)
         )
