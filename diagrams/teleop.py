@@ -39,8 +39,10 @@ def add_guarded(
     guard = builder.AddNamedSystem("guard", guard)
     add_source(builder, source)
     builder.Connect(source.get_output_port(), guard.get_input_port())
-    name = f"source.{signals.EE_COMMAND}"
-    return outputs([guard]) | {name: source.get_output_port()}
+    ports = outputs([guard])
+    if scenario.source.finite:  # What is logged is finite.
+        ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
+    return ports
 
 
 def make_teleop_diagram(
@@ -59,7 +61,7 @@ def make_teleop_diagram(
         - ee_command (only where the scenario's source is External)
         - operator_input (only where it is Operator)
         output_ports:
-        - source.ee_command (where it is Script or External)
+        - source.ee_command (where it is Script)
         - operator_input, gate_status, gate_arming, decomposer.base_command (where it
           is Operator or Recording)
         - handover (where there are alternatives to choose from)

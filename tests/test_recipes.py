@@ -286,9 +286,9 @@ def test_a_base_controller_guides_and_decomposes(mobman, tmp_path):
 
 def test_all_of_them_are_offered_in_the_console(python):
     program = """
-from drake_mobman.console.choices import choices, live
+from drake_mobman.console.choices import choice_names, live_scenario
 from drake_mobman.scenario import load_scenario
-print(choices(live(load_scenario("kwon_1"))))
+print(choice_names(live_scenario(load_scenario("kwon_1"))))
 """
     offered = python("-c", program)
     assert "halving" in offered

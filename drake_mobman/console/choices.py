@@ -5,7 +5,6 @@ import typing
 from collections.abc import Iterator
 from typing import Any
 
-from drake_mobman.diagrams import make_diagram
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.defaults import default_of
 from drake_mobman.scenario import AnyScenario
@@ -27,8 +26,7 @@ def live_scenario(scenario: AnyScenario) -> AnyScenario:
     works = []
     for candidate in _candidates(driven):
         try:
-            alone = checked(dc.replace(driven, alternatives=[candidate]))
-            make_diagram(alone, logged=False)
+            checked(dc.replace(driven, alternatives=[candidate]))
         except ParameterError:
             continue  # Not with this robot.
         works.append(candidate)

@@ -9,11 +9,11 @@ import pytest
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
 from drake_mobman.robot_model.model import drawn_plant, moving_joints
+from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.scenario import load_scenario
-from drake_mobman.scenario.scenario import Start
 from drake_mobman.simulation.simulate import simulate
 
 SAME = 1e-9

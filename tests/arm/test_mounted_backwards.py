@@ -14,10 +14,10 @@ from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.parameters import checked
 from drake_mobman.robot_model import RobotModel, WorkspaceLimits
+from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.franka_tiago import POSTURE, FrankaTiago, reduced_arm
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.scenario import load_scenario
-from drake_mobman.scenario.scenario import Start
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 

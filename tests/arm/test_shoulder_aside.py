@@ -17,10 +17,10 @@ from drake_mobman.console.snapshot import Snapshot
 from drake_mobman.console.state import state
 from drake_mobman.parameters import checked
 from drake_mobman.robot_model import RobotModel
+from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.spatial import Spatial
 from drake_mobman.scenario import ScenarioError, load_scenario
-from drake_mobman.scenario.scenario import Start
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 

@@ -247,7 +247,7 @@ def test_as_printed_the_base_does_not_circle_round_a_hand_that_it_turns_away_fro
 
 
 @pytest.mark.parametrize("law", ["projected", "printed"])
-@pytest.mark.parametrize("smoother", ["false", "true"])
+@pytest.mark.parametrize("smoother", ["unsmoothed", "smoother"])
 @pytest.mark.parametrize("K_omega", [1.0, 0.3])
 def test_an_operator_who_turns_the_arm_past_half_a_turn_gets_no_spin(
     law, smoother, K_omega
@@ -258,7 +258,7 @@ def test_an_operator_who_turns_the_arm_past_half_a_turn_gets_no_spin(
         "kwon_1",
         f"decomposer=!VelocityField {{law: {law}, K_omega: {K_omega}}}",
         "start={l: 1.0, psi: 2.9}",
-        f"smoother.enabled={smoother}",
+        f"smoother={smoother}",
         "duration=25",
         "compiled=true",
         told,
@@ -278,7 +278,7 @@ HELD = st.lists(st.tuples(st.floats(0.5, 3.0), SPEEDS, SPEEDS), max_size=3)
     law=st.sampled_from(["projected", "printed"]),
     l=st.one_of(st.floats(0.02, 1.98), st.sampled_from([0.0, 2.0])),
     shoulder=st.one_of(st.floats(3.3, 4.9), st.floats(-3.4, -2.6), st.floats(*PLANAR)),
-    smoother=st.sampled_from(["false", "true"]),
+    smoother=st.sampled_from(["unsmoothed", "smoother"]),
     held=HELD,
 )
 def test_from_any_angle_after_any_command_the_base_comes_to_rest(
@@ -292,7 +292,7 @@ def test_from_any_angle_after_any_command_the_base_comes_to_rest(
         "kwon_1",
         FIELD.format(law),
         f"start={{l: {l!r}, psi: {psi!r}}}",
-        f"smoother.enabled={smoother}",
+        f"smoother={smoother}",
         f"duration={seconds + 12}",
         "compiled=true",
         source=Script(segments=segments),

@@ -106,7 +106,7 @@ import sys, time
 from pathlib import Path
 from drake_mobman.console.mailbox import OperatorInput
 from drake_mobman.console.session import LiveSession
-from drake_mobman.scenario.scenario import load_scenario
+from drake_mobman.scenario import load_scenario
 
 session = LiveSession(load_scenario("kwon_spatial"), record=Path(sys.argv[1]))
 k = 0

@@ -290,7 +290,7 @@ def check_a_minute(run):
     excess = metrics(run)["workspace_excess_max"]
     assert max(excess.values()) < ROUNDING
     smoother, sent = run.scenario.smoother, run.log["base_command_smoothed"]
-    if smoother.enabled:
+    if not smoother.limits().follows_at_once:
         largest = PERIOD * np.array(
             [smoother.max_acceleration, smoother.max_yaw_acceleration]
         )

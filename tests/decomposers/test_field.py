@@ -73,7 +73,7 @@ def test_ports_are_those_of_any_other_decomposer(name):
         ]
 
     block = BLOCKS[name]
-    given, made = ports(BlendingDecomposer(Blending(), joints=block.arm.num_joints))
+    given, made = ports(BlendingDecomposer(Blending(), num_joints=block.arm.num_joints))
     # It can fall short of its command, and says so.
     assert ports(block) == [given, [*made, ("decomposer_status", 1)]]
 

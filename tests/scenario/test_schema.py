@@ -9,8 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.defaults import Start
 from drake_mobman.scenario import Guided, ScenarioError, Teleop, load_scenario
-from drake_mobman.scenario.scenario import Start
 from drake_mobman.scenario.schema import (
     dump_typed,
     dump_yaml,
