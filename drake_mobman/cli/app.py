@@ -4,6 +4,7 @@ Drake is imported when a command runs: `mobman --help` is quick.
 """
 
 import platform
+import warnings
 from typing import Annotated
 
 import typer
@@ -15,7 +16,7 @@ from drake_mobman.cli.drive import drive
 from drake_mobman.cli.field import field
 from drake_mobman.cli.graph import graph
 from drake_mobman.cli.list import list_
-from drake_mobman.cli.messages import say
+from drake_mobman.cli.messages import complain, say
 from drake_mobman.cli.run import run
 
 app = typer.Typer(
@@ -37,6 +38,11 @@ def print_version(wanted: bool) -> None:
     raise typer.Exit
 
 
+def show_warning(message: Warning | str, *_: object) -> None:
+    """Shows a warning of ours as a line."""
+    complain(f"warning: {message}")
+
+
 @app.callback()
 def mobman(
     _: Annotated[
@@ -50,6 +56,7 @@ def mobman(
     ] = False,
 ) -> None:
     """Steer the end effector of a mobile manipulator; its base follows."""
+    warnings.showwarning = show_warning
 
 
 app.command("list")(list_)

@@ -176,7 +176,8 @@ def test_each_limit_is_named(fed, outputs):
             JointLimits(model.lower, model.upper, model.velocity), **limits
         )
         smoother = smoother or Smoother(smoothing=1.0)
-        exact = ExactDecomposer(Exact(), LIMITS, arm, joints, smoother, PERIOD)
+        base_limits = smoother.limits()
+        exact = ExactDecomposer(Exact(), LIMITS, arm, joints, base_limits, PERIOD)
         q = arm.inverse(at)
         assert len(q) == n
         context = fed(
