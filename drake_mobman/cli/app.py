@@ -38,11 +38,6 @@ def print_version(wanted: bool) -> None:
     raise typer.Exit
 
 
-def show_warning(message: Warning | str, *_: object) -> None:
-    """Shows a warning of ours as a line."""
-    complain(f"warning: {message}")
-
-
 @app.callback()
 def mobman(
     _: Annotated[
@@ -56,7 +51,7 @@ def mobman(
     ] = False,
 ) -> None:
     """Steer the end effector of a mobile manipulator; its base follows."""
-    warnings.showwarning = show_warning
+    warnings.showwarning = lambda message, *_: complain(f"warning: {message}")
 
 
 app.command("list")(list_)

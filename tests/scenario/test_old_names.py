@@ -78,6 +78,6 @@ def test_a_projection_goes_to_each_decomposer_that_has_one(tmp_path):
     ],
 )
 def test_what_is_wrong_under_an_old_name_is_refused_in_one_line(tmp_path, text, says):
-    with pytest.raises(ScenarioError, match=says), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        load_scenario(mine(tmp_path, text))
+    file = mine(tmp_path, text)
+    with pytest.raises(ScenarioError, match=says):
+        loaded(file)
