@@ -18,27 +18,23 @@ DIAGRAMS: dict[type, Any] = {
 
 
 def make_diagram(
-    scenario: AnyScenario,
-    setup: RobotSetup | None = None,
-    *,
-    decomposer: Any = None,
-    logged: bool = True,
+    scenario: AnyScenario, setup: RobotSetup | None = None, **options: Any
 ) -> Diagram:
-    """Returns the diagram of a scenario, whichever it is.
+    """Returns the diagram of a scenario, whichever its kind.
 
     Args:
         scenario: checked, as `load_scenario` returns it.
         setup: of its robot, `scenario.setup()` unless given.
-        decomposer: a block to use instead of the scenario's, with the same ports.
-        logged: whether every signal is logged each period, for `simulation.log`.
+        options: as of `make_teleop_diagram` or `make_guided_diagram`: `logged`, and of
+            the former `decomposer`.
 
     Raises:
         ParameterError: where a block cannot work with its parameters.
         ValueError: if a decomposer is given where there is none to replace.
     """
-    options = {} if decomposer is None else {"decomposer": decomposer}
-    if options and not hasattr(scenario, "decomposer"):
+    if options.get("decomposer") is None:
+        options.pop("decomposer", None)
+    elif not hasattr(scenario, "decomposer"):
         raise ValueError("a guided scenario has no decomposer to replace")
-    make = DIAGRAMS[type(scenario)]
-    diagram: Diagram = make(scenario, setup, logged=logged, **options)
+    diagram: Diagram = DIAGRAMS[type(scenario)](scenario, setup, **options)
     return diagram

@@ -12,7 +12,7 @@ from drake_mobman.arm.limits import (
     bounded_rates,
     filled_rates,
 )
-from drake_mobman.arm.place_first import best_placed, relieved
+from drake_mobman.arm.place_first import best_placed, place_first, relieved
 from drake_mobman.blocks import scalar_block
 from drake_mobman.scalars import Scalar, Vector
 
@@ -41,7 +41,10 @@ def rates_within_limits(
     if bound >= float(ArmStatus.JOINT_LIMIT):
         parts = arm.oriented_parts(q, command, arm.ee_cylindrical(q)[1])
         ways = ee, parts.ee
-        placed = best_placed(ways, parts.turns, arm.wrist, q, limits, period)
+        placed = best_placed(
+            ways,
+            lambda rates: place_first(rates, parts.turns, arm.wrist, q, limits, period),
+        )
         if placed.gives_way:
             rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
             extra = relieved(extra, dict.fromkeys(placed.held, 0.0), parts.turns)

@@ -5,7 +5,7 @@ the limit of one of them would slow the end effector down, it turns about E inst
 that this joint is relieved: about the vertical if that is enough, else about any axis.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -107,30 +107,19 @@ def place_first(
         rates = relieved(wanted, held, turns)
 
 
-def best_placed(
-    ways: Sequence[Vector],
-    turns: Matrix,
-    wrist: Sequence[int],
-    q: Vector,
-    limits: JointLimits,
-    period: float,
-) -> Placed:
-    """Returns the best `place_first` of several joint rates that move E alike.
+def best_placed(ways: Sequence[Vector], place: Callable[[Vector], Placed]) -> Placed:
+    """Returns the best of several joint rates that move E alike.
 
     Args:
         ways: joint rates (n,) [rad/s], by preference; the first are those wanted. Later
             ones count only while all before fall short of E's velocity.
-        turns: as for `relieved`.
-        wrist: indices of the joints that serve the orientation only.
-        q: joint angles (n,) [rad].
-        limits: of the joints.
-        period: for which the rates are held [s].
+        place: `place_first` of such rates, all else given.
     """
-    best = place_first(ways[0], turns, wrist, q, limits, period)
+    best = place(ways[0])
     for other in ways[1:]:
         if not best.share < 1:
             break
-        placed = place_first(other, turns, wrist, q, limits, period)
+        placed = place(other)
         if placed.share > _BETTER * best.share:
             best = placed._replace(gives_way=True)
     return best

@@ -6,11 +6,12 @@ from typing import Any
 from pydrake.math import cos, sin
 
 from drake_mobman.arm import two_link
-from drake_mobman.scalars import Matrix, Scalar, Vector, larger, smaller
+from drake_mobman.arm.two_link_arm import TwoLinkArm
+from drake_mobman.scalars import Scalar, Vector, larger, smaller
 
 
 @dc.dataclass(frozen=True)
-class PlanarArm:
+class PlanarArm(TwoLinkArm):
     """Shoulder and elbow turn about z; T and E are one point, the tip.
 
     Joints: shoulder, elbow. psi comes from the joint angles, not from the tip's
@@ -21,7 +22,6 @@ class PlanarArm:
     lower: float  # From elbow to tip [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
     num_joints: int = 2
-    wrist: tuple[int, ...] = ()  # The orientation follows from the position.
 
     def ee_cylindrical(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z; z is 0 throughout."""
@@ -41,25 +41,18 @@ class PlanarArm:
         )
         return [ee_cylindrical[1] + shoulder, elbow]
 
-    def rates(self, q: Vector, ee_rates: Vector) -> list[Scalar]:
-        """Returns the rates of shoulder and elbow; the rate of z is ignored."""
-        return self._by(two_link.rates, q, ee_rates)
-
-    def undamped_rates(self, q: Vector, *ee_rates: Vector) -> list[list[Scalar]]:
-        """Returns the same for each of several, without damping."""
-        return [self._by(two_link.undamped_rates, q, each) for each in ee_rates]
-
-    def _by(self, law: two_link.RatesLaw, q: Vector, ee_rates: Vector) -> list[Scalar]:
+    def joint_rates(
+        self, q: Vector, ee_rates: Vector, reciprocal: two_link.Reciprocal
+    ) -> list[Scalar]:
+        """Returns all joint rates, with a given reciprocal of sin(theta_2)."""
         v_l, v_psi, _ = ee_rates
         # In axes along the reach. The shoulder turns the whole arm, at a singularity
         # too: an arm that is stretched still gives way to its base.
         from_reach = -two_link.direction(q[1], self.upper, self.lower)
-        shoulder, elbow = law(from_reach, q[1], v_l, 0.0, self.upper, self.lower)
+        shoulder, elbow = two_link.rates(
+            from_reach, q[1], v_l, 0.0, self.upper, self.lower, reciprocal
+        )
         return [v_psi + shoulder, elbow]
-
-    def turn_rates(self, q: Vector) -> Matrix:
-        """Raises `NotImplementedError`: this arm has no `wrist`."""
-        raise NotImplementedError
 
     def is_near_singular(self, q: Vector) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""

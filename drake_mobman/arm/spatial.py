@@ -6,11 +6,12 @@ from typing import Any
 from pydrake.math import cos, sin
 
 from drake_mobman.arm import two_link
-from drake_mobman.scalars import Matrix, Scalar, Vector
+from drake_mobman.arm.two_link_arm import TwoLinkArm
+from drake_mobman.scalars import Scalar, Vector
 
 
 @dc.dataclass(frozen=True)
-class SpatialArm:
+class SpatialArm(TwoLinkArm):
     """Waist about z, shoulder and elbow in the vertical plane, wrist keeps E level.
 
     Joints: waist, shoulder, elbow, wrist roll, wrist pitch, wrist yaw. Shoulder, elbow
@@ -23,7 +24,6 @@ class SpatialArm:
     wrist_to_tool: float  # From the wrist's centre to the tool [m].
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
     num_joints: int = 6
-    wrist: tuple[int, ...] = ()  # The orientation follows from the position.
 
     def ee_cylindrical(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l, psi, z of the level end effector."""
@@ -43,22 +43,15 @@ class SpatialArm:
         shoulder, elbow = two_link.inverse(l_T, z, self.upper, self.lower)
         return [psi, shoulder, elbow, 0.0 * psi, -(shoulder + elbow), 0.0 * psi]
 
-    def rates(self, q: Vector, ee_rates: Vector) -> list[Scalar]:
-        """Returns the rates of all joints; the wrist pitches against the arm."""
-        return self._by(two_link.rates, q, ee_rates)
-
-    def undamped_rates(self, q: Vector, *ee_rates: Vector) -> list[list[Scalar]]:
-        """Returns the same for each of several, without damping."""
-        return [self._by(two_link.undamped_rates, q, each) for each in ee_rates]
-
-    def _by(self, law: two_link.RatesLaw, q: Vector, ee_rates: Vector) -> list[Scalar]:
+    def joint_rates(
+        self, q: Vector, ee_rates: Vector, reciprocal: two_link.Reciprocal
+    ) -> list[Scalar]:
+        """Returns all joint rates, with a given reciprocal of sin(theta_2)."""
         v_l, v_psi, v_z = ee_rates
-        shoulder, elbow = law(q[1], q[2], v_l, v_z, self.upper, self.lower)
+        shoulder, elbow = two_link.rates(
+            q[1], q[2], v_l, v_z, self.upper, self.lower, reciprocal
+        )
         return [v_psi, shoulder, elbow, 0.0 * v_psi, -(shoulder + elbow), 0.0 * v_psi]
-
-    def turn_rates(self, q: Vector) -> Matrix:
-        """Raises `NotImplementedError`: this arm has no `wrist`."""
-        raise NotImplementedError
 
     def is_near_singular(self, q: Vector) -> Scalar:
         """Returns 1 where the arm is nearly stretched or folded, else 0."""

@@ -11,8 +11,8 @@ from pydrake.math import atan2, cos, sin, sqrt
 
 from drake_mobman.scalars import Scalar, larger, smaller, where
 
-RatesLaw = Callable[..., tuple[Scalar, Scalar]]
-"""`rates` or `undamped_rates`."""
+Reciprocal = Callable[[Scalar], Scalar]
+"""Returns 1/s for s = sin(theta_2), as `damped_reciprocal` does."""
 
 _NEAR_SINGULAR = 0.05
 """|sin theta_2| below which the rates are damped; outside, they are exact."""
@@ -75,6 +75,17 @@ def forward(
     )
 
 
+def damped_reciprocal(s: Scalar) -> Scalar:
+    """Returns 1/s for s = sin(theta_2), damped where that is small."""
+    damping = _NEAR_SINGULAR * larger(1 - (s / _NEAR_SINGULAR) ** 2, 0.0)
+    return s / (s * s + damping * damping)
+
+
+def undamped_reciprocal(s: Scalar) -> Scalar:
+    """Returns 1/s for s = sin(theta_2) <= 0: 100 in magnitude at most."""
+    return -1.0 / larger(-s, _LEAST_SINE)
+
+
 def rates(
     theta_1: Scalar,
     theta_2: Scalar,
@@ -82,42 +93,15 @@ def rates(
     v_z: Scalar,
     upper: float,
     lower: float,
+    reciprocal: Reciprocal = damped_reciprocal,
 ) -> tuple[Scalar, Scalar]:
     """Returns the rates of theta_1, theta_2 [rad/s] for a tip velocity [m/s] (eq. 9).
 
     Where the arm is nearly stretched or folded, 1/sin(theta_2) is damped: the rates
-    stay finite, and the tip falls short of its command.
+    stay finite, and the tip falls short of its command. `undamped_reciprocal` shows how
+    fast they would be.
     """
-    s = sin(theta_2)
-    damping = _NEAR_SINGULAR * larger(1 - (s / _NEAR_SINGULAR) ** 2, 0.0)
-    reciprocal = s / (s * s + damping * damping)
-    return _rates(theta_1, theta_2, v_l, v_z, upper, lower, reciprocal)
-
-
-def undamped_rates(
-    theta_1: Scalar,
-    theta_2: Scalar,
-    v_l: Scalar,
-    v_z: Scalar,
-    upper: float,
-    lower: float,
-) -> tuple[Scalar, Scalar]:
-    """Returns the same without damping: 1/sin(theta_2) is up to 100 in magnitude."""
-    reciprocal = -1.0 / larger(-sin(theta_2), _LEAST_SINE)
-    return _rates(theta_1, theta_2, v_l, v_z, upper, lower, reciprocal)
-
-
-def _rates(
-    theta_1: Scalar,
-    theta_2: Scalar,
-    v_l: Scalar,
-    v_z: Scalar,
-    upper: float,
-    lower: float,
-    reciprocal: Scalar,
-) -> tuple[Scalar, Scalar]:
-    """Returns the rates with `reciprocal` for 1/sin(theta_2)."""
-    scale = reciprocal / (upper * lower)
+    scale = reciprocal(sin(theta_2)) / (upper * lower)
     both = theta_1 + theta_2
     c_b, s_b = lower * cos(both), lower * sin(both)
     c, s = upper * cos(theta_1) + c_b, upper * sin(theta_1) + s_b

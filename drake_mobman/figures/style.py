@@ -81,35 +81,31 @@ def draw_limits(axes: Axes, limits: Mapping[str, float], inside: bool = False) -
 
     The symbols are to the right of the axes, or `inside`, in the left margin.
     """
+    x = 0.0 if inside else 1.0
     for symbol, value in limits.items():
         axes.axhline(value, **LIMIT_LINE)
-        axes.annotate(
-            f"${symbol}$",
-            (0.0 if inside else 1.0, value),
-            xycoords=("axes fraction", "data"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=SMALL,
-            color=LIMIT,
-            bbox={"fc": "white", "ec": "none", "pad": 0.5},
-        )
+        label = _name_limit(axes, symbol, (x, value), ("axes fraction", "data"), (4, 0))
+        label.set(va="center", bbox={"fc": "white", "ec": "none", "pad": 0.5})
 
 
 def draw_limits_across(axes: Axes, limits: Mapping[str, float]) -> None:
     """Draws limits of the horizontal coordinate, each with its symbol on top."""
     for symbol, value in limits.items():
         axes.axvline(value, **LIMIT_LINE)
-        axes.annotate(
-            f"${symbol}$",
-            (value, 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(0, 3),
-            textcoords="offset points",
-            ha="center",
-            fontsize=SMALL,
-            color=LIMIT,
-        )
+        at = (value, 1.0), ("data", "axes fraction"), (0, 3)
+        _name_limit(axes, symbol, *at).set(ha="center")
+
+
+def _name_limit(
+    axes: Axes,
+    symbol: str,
+    at: tuple[float, float],
+    coordinates: tuple[str, str],
+    offset: tuple[float, float],
+) -> Any:
+    """Returns a limit's symbol, drawn some points off a place in `coordinates`."""
+    how: Any = {"textcoords": "offset points", "fontsize": SMALL, "color": LIMIT}
+    return axes.annotate(f"${symbol}$", at, offset, xycoords=coordinates, **how)
 
 
 def finish(figure: Figure, title: str) -> Figure:

@@ -176,32 +176,22 @@ class LedHand(Diagram):
     .. pydrake_system::
 
         name: LedHand
-        input_ports:
-        - ee_command
-        - drag
-        - ee_cylindrical
-        - base_pose
-        - tool_position
-        - tool_velocity
-        - robot_state
-        output_ports:
-        - hand_force
-        - hand_position
-        - spatial_forces
+        input_ports: [ee_command, drag, ee_cylindrical, base_pose, tool_position,
+                      tool_velocity, robot_state]
+        output_ports: [hand_force, hand_position, spatial_forces]
 
     Without a command, it holds the tool where it is. It moves no farther from what it
     holds than its spring needs for the largest force. While another point is dragged,
     it lets go of the tool.
 
     Args:
-        params: of the hand at the tool; it starts where its path starts.
+        params: of the hand at the tool, as of `SteeredGrasp`.
         drag: of the hand while it drags another point.
         model: of the robot.
         period: control period [s].
 
     Raises:
-        ParameterError: where a parameter is not valid.
-        RuntimeError: in a run, where the tool's state is not finite.
+        ParameterError: as `SteeredGrasp`; in a run, `RuntimeError`, too.
     """
 
     def __init__(
