@@ -43,9 +43,8 @@ def scalar_block(definition: type[B]) -> type[B]:
         The block for float, with the definition's name, signature and docstring; with
         an `__init__` of another class, that one's docstring is there too.
     """
-    name, module = definition.__name__, definition.__module__
+    name = definition.__name__
     own = _members(definition) | {"__doc__": _documentation(definition)}
-    scalars = own.get("scalars")
     construct: Callable[..., None] = definition.__init__
 
     def instantiation(T: Any) -> type:
@@ -68,12 +67,12 @@ def scalar_block(definition: type[B]) -> type[B]:
         return type(name, (LeafSystem_[T],), members)
 
     scope = inspect.getmodule(definition)
-    define = TemplateSystem.define(f"{name}_", T_list=scalars, scope=scope)
+    define = TemplateSystem.define(f"{name}_", T_list=own.get("scalars"), scope=scope)
     template = define(instantiation)
     block = template[None]
     block.template = template
     block.__name__ = block.__qualname__ = name
-    block.__module__ = module
+    block.__module__ = definition.__module__
     block.__signature__ = _without_self(construct)
     return block
 
