@@ -381,13 +381,13 @@ def test_hand_that_reaches_the_end_of_the_arm_comes_to_rest_with_its_base():
 
 @pytest.mark.parametrize("name", ["kwon_spatial", "kwon_franka"])
 def test_with_masses_the_hand_does_as_told_to_a_centimetre_a_second(name):
-    servo = "fidelity=servo"
-    exact = metrics(simulate(load_scenario(name, [servo])))
+    servo = "fidelity=servo", "compiled=true"
+    exact = metrics(simulate(load_scenario(name, servo)))
     other = {
         "kwon_spatial": "decomposer=blending",
         "kwon_franka": "decomposer=!Blending {alpha: 60.0}",
     }[name]
-    blended = metrics(simulate(load_scenario(name, [servo, other])))
+    blended = metrics(simulate(load_scenario(name, [*servo, other])))
     assert exact["ee_error_rms"] < 0.01
     assert 4 * exact["ee_error_rms"] < blended["ee_error_rms"]
     assert max(exact["workspace_excess_max"].values()) < 0.005

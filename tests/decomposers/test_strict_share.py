@@ -59,12 +59,13 @@ def test_what_is_inside_the_limits_stays_inside_under_any_held_command(
 
 
 def test_a_minute_of_operator_input_never_leaves_the_workspace():
-    overrides = ["decomposer=!Blending {share: smoothstep}"]
+    quick = "compiled=true"
+    overrides = ["decomposer=!Blending {share: smoothstep}", quick]
     for name in ("kwon_arbitrary", "kwon_spatial"):
         run = simulate(load_scenario(name, overrides))
         excess = metrics(run)["workspace_excess_max"]
         assert max(excess.values()) < ROUNDING
-        tanh = simulate(load_scenario(name, ["decomposer=blending"]))
+        tanh = simulate(load_scenario(name, ["decomposer=blending", quick]))
         assert min(metrics(tanh)["workspace_excess_max"].values()) > 0.05
 
 

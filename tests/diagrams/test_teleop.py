@@ -249,7 +249,7 @@ def test_measured_velocity_tends_to_drakes_as_the_step_shrinks():
 
 
 def test_arm_command_inverted_by_rates_follows_the_one_by_positions():
-    overrides = ["inverse=rates", "period=0.002"]
+    overrides = ["inverse=rates", "period=0.002", "compiled=true"]
     by_rates = simulate(load_scenario("kwon_arbitrary", overrides)).log
     by_positions = simulate(load_scenario("kwon_arbitrary", overrides[1:])).log
     gap = by_rates["ee_cylindrical"] - by_positions["ee_cylindrical"]
