@@ -53,8 +53,8 @@ from drake_mobman.scenario.schema import (
         ("duration=1_0", "duration: '1_0' is not valid; must be a number"),
         ("on=1", "on: 1 is not valid; valid keys are: description"),
         ("smoother.enabled=on", "smoother.enabled: 'on' is not valid; must be true"),
-        ("start.l.=1", "start.l.: 1 is not valid; must be at keys with a dot between"),
-        ("start..l=1", "start..l: 1 is not valid; must be at keys with a dot between"),
+        ("start.l.=1", "start.l.: 1 is not valid; must be at keys joined by dots"),
+        ("start..l=1", "start..l: 1 is not valid; must be at keys joined by dots"),
         ("start.l.m.n=1", "--set: start.l.m.n: 0.0 is not valid; must lead through m"),
         ('description="a\\nb"', r"description: 'a\nb' is not valid; must be a line of"),
         (
