@@ -1,4 +1,4 @@
-"""How blocks are wired: a module a diagram."""
+"""How blocks are wired: one module for each diagram."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ DIAGRAMS: dict[type, Any] = {
     Teleop: make_teleop_diagram,
     Guided: make_guided_diagram,
 }
-"""What makes the diagram of each kind of scenario."""
+"""The function that makes the diagram of each kind of scenario."""
 
 
 def make_diagram(

@@ -1,4 +1,4 @@
-"""Controllers side by side, of which the operator chooses one while driving."""
+"""Several controllers; the operator chooses one of them while driving."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,49 +10,51 @@ from drake_mobman import signals
 from drake_mobman.teleop.choice import ControllerSelector, CrossFade, Transition
 
 FLAGS = (signals.DECOMPOSER_STATUS, signals.FIELD_ZONE)
-"""Signals that are sums of flags: there is nothing between two of them."""
+"""Signals that are sums of flags: they switch at once, without a fade."""
 
 
-def make_choice(blocks: Sequence[Any], change: Transition, period: float) -> Diagram:
-    """Returns a block that does what the chosen one of `blocks` does.
+def make_choice(
+    blocks: Sequence[Any], transition: Transition, period: float
+) -> Diagram:
+    """Returns a diagram with the outputs of the selected one of `blocks`.
 
     .. pydrake_system::
 
         name: choice
         input_ports:
         - operator_input
-        - (all that any of the blocks takes)
+        - (all inputs of the blocks)
         output_ports:
         - handover
-        - (all that any of the blocks puts out)
+        - (all outputs of the blocks)
 
-    Each signal goes through a `PortSwitch` to who is to drive. While one takes over
-    from another, a second switch goes to who drove, and the signal fades from that to
-    this; flags are at once those of who is to drive. A signal that a block does not
-    have is zero while that one drives.
+    A `PortSwitch` for each signal selects the block that is to drive. During a
+    transition, a second switch selects the block that drove before, and the signal
+    fades from that to the first; flags switch at once. A signal that a block does not
+    have is zero while that block drives.
 
     Args:
-        blocks: with the same ports, but that not every one need have each.
-        change: how one takes over from another.
+        blocks: with the same ports; not every block needs all of them.
+        transition: how one block takes over from another.
         period: control period [s].
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
     builder = DiagramBuilder()
-    chooser = builder.AddNamedSystem(
-        "chooser", ControllerSelector(len(blocks), change, period)
+    selector = builder.AddNamedSystem(
+        "selector", ControllerSelector(len(blocks), transition, period)
     )
     for i, block in enumerate(blocks):
         builder.AddNamedSystem(f"{i}", block)
-    _export_inputs(builder, [chooser, *blocks])
-    handover = chooser.GetOutputPort(signals.HANDOVER)
+    _export_inputs(builder, [selector, *blocks])
+    handover = selector.GetOutputPort(signals.HANDOVER)
     builder.ExportOutput(handover, signals.HANDOVER)
     for name, size in _output_sizes(blocks).items():
         ports = [_port_or_zero(builder, block, name, size) for block in blocks]
 
         def switch(which: str, name: str = name, ports: Any = ports) -> Any:
-            return _switch(builder, f"{name}.{which}", ports, chooser, which)
+            return _switch(builder, f"{name}.{which}", ports, selector, which)
 
         if name in FLAGS:
             builder.ExportOutput(switch("now"), name)
@@ -68,7 +70,7 @@ def make_choice(blocks: Sequence[Any], change: Transition, period: float) -> Dia
 
 
 def _export_inputs(builder: DiagramBuilder, systems: Sequence[Any]) -> None:
-    """Exports each input under its name, one for all systems that have it."""
+    """Exports each input under its name, once for all systems that have it."""
     exported = set()
     for system in systems:
         for port in map(system.get_input_port, range(system.num_input_ports())):
@@ -81,7 +83,7 @@ def _export_inputs(builder: DiagramBuilder, systems: Sequence[Any]) -> None:
 
 
 def _output_sizes(blocks: Sequence[Any]) -> dict[str, int]:
-    """Returns the sizes of all signals that any of the blocks puts out."""
+    """Returns the sizes of all output signals of the blocks."""
     return {
         port.get_name(): port.size()
         for block in blocks
@@ -96,12 +98,12 @@ def _port_or_zero(builder: DiagramBuilder, block: Any, name: str, size: int) -> 
 
 
 def _switch(
-    builder: DiagramBuilder, name: str, ports: Sequence[Any], chooser: Any, which: str
+    builder: DiagramBuilder, name: str, ports: Sequence[Any], selector: Any, which: str
 ) -> Any:
-    """Returns the output of a switch between `ports`, which the chooser sets."""
+    """Returns the output of a switch between `ports`, which the selector sets."""
     switch = builder.AddNamedSystem(name, PortSwitch(ports[0].size()))
-    selector = switch.get_port_selector_input_port()
-    builder.Connect(chooser.GetOutputPort(which), selector)
+    selected = switch.get_port_selector_input_port()
+    builder.Connect(selector.GetOutputPort(which), selected)
     for i, port in enumerate(ports):
         builder.Connect(port, switch.DeclareInputPort(f"{i}"))
     return switch.get_output_port()

@@ -1,4 +1,4 @@
-"""The wired diagram, drawn."""
+"""A diagram drawn as a graph."""
 
 import shutil
 import subprocess
@@ -16,8 +16,8 @@ class GraphError(OSError):
 def graphviz(diagram: Diagram) -> str:
     """Returns a diagram in Graphviz's language: blocks, and the signals between them.
 
-    Drake's own `GetGraphvizString` draws every port, and an edge for every port that is
-    exported; with each signal exported, the loop itself is lost among them.
+    Drake's own `GetGraphvizString` draws every port and every export, which hides the
+    loop in a diagram that exports each signal.
     """
     lines = [
         f'digraph "{diagram.get_name()}" {{',
@@ -30,25 +30,25 @@ def graphviz(diagram: Diagram) -> str:
         kind = type(system).__name__.partition("_")[0]
         kind = "" if kind == "Diagram" else f"\\n{kind}"
         lines.append(f'"{system.get_name()}" [label="{system.get_name()}{kind}"];')
-    for (taker, _), (giver, port) in diagram.connection_map().items():
-        signal = giver.get_output_port(port).get_name()
-        edge = f'"{giver.get_name()}" -> "{taker.get_name()}"'
+    for (target, _), (source, port) in diagram.connection_map().items():
+        signal = source.get_output_port(port).get_name()
+        edge = f'"{source.get_name()}" -> "{target.get_name()}"'
         lines.append(f'{edge} [label="{signal}"];')
     for i in range(diagram.num_input_ports()):
         name = diagram.get_input_port(i).get_name()
-        for taker, _ in diagram.GetInputPortLocators(InputPortIndex(i)):
+        for target, _ in diagram.GetInputPortLocators(InputPortIndex(i)):
             lines.append(f'"{name}" [shape=plaintext, style=""];')
-            lines.append(f'"{name}" -> "{taker.get_name()}";')
+            lines.append(f'"{name}" -> "{target.get_name()}";')
     return "\n".join([*lines, "}", ""])
 
 
 def graph_of(diagram: Diagram, file: Path) -> bytes:
-    """Returns a diagram as the content of `file`, which its suffix tells.
+    """Returns a diagram as the content of `file`, in the format of its suffix.
 
-    `.svg`, or `.dot` for Graphviz's own language.
+    That is `.svg`, or `.dot` for Graphviz's own language.
 
     Raises:
-        GraphError: if the suffix is neither, or `.svg` is asked without Graphviz.
+        GraphError: if the suffix is neither, or for `.svg` if Graphviz is missing.
     """
     text = graphviz(diagram).encode()
     if file.suffix == ".dot":

@@ -1,9 +1,9 @@
-"""Guidance by hand: a hand pulls the free arm, and the base comes along.
+"""Guidance by hand: a hand pulls the free arm, and the base follows.
 
-hand -> robot -> base controller -> smoother -> robot. The base is told by the arm's
-joint angles alone. The hand goes along its path, or an operator, live or recorded,
-leads it through the gate, and may choose between fields; where the gate stops the hand,
-which then holds the tool where it is, the base stops too.
+hand -> robot -> base controller -> smoother -> robot. The base depends on the arm's
+joint angles alone. The hand moves along its path; or a live or recorded operator moves
+it through the gate, and may choose between base controllers. Where the gate stops the
+hand, the hand holds the tool in place and the base stops too.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ from drake_mobman.teleop.led_hand import LedHand
 
 from .choice import make_choice
 from .operator import add_operator
-from .wiring import build_and_export, connect_by_name, outputs
+from .wiring import add_blocks, build_and_export, connect_by_name, outputs
 
 
 def make_guided_diagram(
@@ -43,7 +43,7 @@ def make_guided_diagram(
         - base_command
         - field_zone
         - base_command_smoothed
-        - (all of the robot, but for robot_state)
+        - (all of the robot, except robot_state)
 
     Args:
         scenario: checked, as `load_scenario` returns it.
@@ -58,17 +58,15 @@ def make_guided_diagram(
     model, period = setup.model, scenario.period
     source = scenario.source.build(period)
     builder = DiagramBuilder()
-    systems = [
-        builder.AddNamedSystem(name, block)
-        for name, block in {
-            "hand": _hand(scenario, setup, led=source is not None),
-            "tool_sensor": ToolSensor(model),
-            "field": _field(scenario, setup, choice=source is not None),
-            "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
-            # Last: blocks are updated in order, and Python that runs on is quicker.
-            "robot": scenario.build_robot(setup),
-        }.items()
-    ]
+    blocks = {
+        "hand": _hand(scenario, setup, operated=source is not None),
+        "tool_sensor": ToolSensor(model),
+        "field": _field(scenario, setup, choice=source is not None),
+        "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
+        # Last: blocks are updated in order, and all Python in a row is faster.
+        "robot": scenario.build_robot(setup),
+    }
+    systems = add_blocks(builder, blocks)
     ports = outputs(systems)
     if source is not None:
         arm = Draggable(frozenset(model.arm_bodies.values()), scenario.drag)
@@ -77,9 +75,9 @@ def make_guided_diagram(
     return build_and_export(builder, "guided", ports, period, logged=logged)
 
 
-def _hand(scenario: Guided, setup: RobotSetup, *, led: bool) -> Any:
-    """Returns the hand, which an operator leads, or which goes along its path."""
-    if led:
+def _hand(scenario: Guided, setup: RobotSetup, *, operated: bool) -> Any:
+    """Returns the hand, which an operator moves, or which moves along its path."""
+    if operated:
         return LedHand(scenario.hand, scenario.drag, setup.model, setup.period)
     tool = setup.model.plant.GetBodyByName("tool").index()
     return GuidingHand(
@@ -88,7 +86,7 @@ def _hand(scenario: Guided, setup: RobotSetup, *, led: bool) -> Any:
 
 
 def _field(scenario: Guided, setup: RobotSetup, *, choice: bool) -> Any:
-    """Returns the scenario's base controller, or with a choice all that may drive."""
+    """Returns the scenario's base controller, or a choice of all its controllers."""
     params = scenario.controllers if choice else [scenario.field]
     blocks = [setup.maybe_compiled(one.build(setup)) for one in params]
     if not blocks[1:]:

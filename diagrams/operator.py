@@ -1,4 +1,4 @@
-"""An operator in a diagram, live or recorded."""
+"""A live or recorded operator in a diagram."""
 
 from typing import Any
 
@@ -20,27 +20,28 @@ def add_operator(
     ports: Ports,
     draggable: Draggable = NO_BODY,
 ) -> Ports:
-    """Adds the operator, the gate for its commands, and what keeps the base still.
+    """Adds the operator, the gate for the commands, and the base's stop ramp.
 
-    A live one gives its input at the diagram's port `operator_input`.
+    A live operator's input is the diagram's port `operator_input`.
 
     Args:
         builder: to add to.
         scenario: of the operator.
-        source: puts out what the operator, live or recorded, wants.
-        ports: of the other blocks; the `base_command` among them is asked of the base.
-        draggable: what of the robot may be dragged; nothing unless given.
+        source: block with the input of the live or recorded operator.
+        ports: of the other blocks, with `base_command`.
+        draggable: the bodies that may be dragged; none unless given.
 
     Returns:
-        All output ports, now with `base_command` as far as the gate lets the base go.
+        All output ports. `base_command` is now that of the stop ramp; the former one
+        gets the name of its block in front.
     """
     add, period = builder.AddNamedSystem, scenario.period
     add_source(builder, source)
     gate = add("gate", CommandGate(scenario.gate, scenario.guard, period, draggable))
     connect_by_name(builder, outputs([source]), [gate])
     ports = ports | outputs([source, gate])
-    standstill = add("standstill", StopRamp(scenario.guard, period))
-    connect_by_name(builder, ports, [standstill])
-    asked = ports[signals.BASE_COMMAND]
-    name = f"{asked.get_system().get_name()}.{signals.BASE_COMMAND}"
-    return ports | {name: asked} | outputs([standstill])
+    stop_ramp = add("stop_ramp", StopRamp(scenario.guard, period))
+    connect_by_name(builder, ports, [stop_ramp])
+    raw = ports[signals.BASE_COMMAND]
+    name = f"{raw.get_system().get_name()}.{signals.BASE_COMMAND}"
+    return ports | {name: raw} | outputs([stop_ramp])

@@ -1,4 +1,4 @@
-"""All signals of a diagram logged, each under its name."""
+"""Logging of all signals of a diagram, each under its name."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,7 +11,7 @@ LOG = "log"
 
 
 class _Signals(Multiplexer):
-    """All signals in one vector: one logger costs less than one for each."""
+    """All signals in one vector: one logger is faster than one for each signal."""
 
     def __init__(self, ports: Mapping[str, Any]) -> None:
         self.sizes = {name: port.size() for name, port in ports.items()}

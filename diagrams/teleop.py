@@ -1,8 +1,8 @@
-"""Tele-operation: the operator's command, split between base and arm.
+"""Teleoperation: the operator's command, split between base and arm.
 
 source -> guard -> decomposer -> smoother -> robot, with the arm's inverse beside the
-smoother. With a live or a recorded operator the gate stands in the guard's place, and
-the decomposer may be one of several, as he chooses.
+smoother. A live or recorded operator has a gate in place of the guard, and may choose
+between several decomposers.
 """
 
 from typing import Any
@@ -17,11 +17,18 @@ from drake_mobman.teleop.guard import CommandGuard
 
 from .choice import make_choice
 from .operator import add_operator
-from .wiring import Ports, add_source, build_and_export, connect_by_name, outputs
+from .wiring import (
+    Ports,
+    add_blocks,
+    add_source,
+    build_and_export,
+    connect_by_name,
+    outputs,
+)
 
 
 def make_decomposers(scenario: Teleop, setup: RobotSetup, *, choice: bool) -> Any:
-    """Returns the scenario's decomposer, or with a choice all that may drive."""
+    """Returns the scenario's decomposer, or a choice of all its decomposers."""
     params = scenario.controllers if choice else [scenario.decomposer]
     blocks = [setup.maybe_compiled(build_decomposer(one, setup)) for one in params]
     if not blocks[1:]:
@@ -34,13 +41,13 @@ def add_guarded(
 ) -> Ports:
     """Adds a source without an operator, and the guard; returns their outputs."""
     guard = CommandGuard(scenario.guard, setup.period)
-    # What is compiled would end the simulation where the command is not finite.
+    # A compiled guard would end the simulation where the command is not finite.
     guard = setup.maybe_compiled(guard) if scenario.source.finite else guard
     guard = builder.AddNamedSystem("guard", guard)
     add_source(builder, source)
     builder.Connect(source.get_output_port(), guard.get_input_port())
     ports = outputs([guard])
-    if scenario.source.finite:  # What is logged is finite.
+    if scenario.source.finite:  # Only finite signals may be logged.
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
     return ports
 
@@ -73,7 +80,7 @@ def make_teleop_diagram(
         - base_command_smoothed
         - arm_velocity_command
         - arm_status
-        - (all of the robot, but for robot_state)
+        - (all of the robot, except robot_state)
 
     Args:
         scenario: checked, as `load_scenario` returns it.
@@ -90,21 +97,18 @@ def make_teleop_diagram(
     source = scenario.source.build(period)
     operated = source.HasOutputPort(signals.OPERATOR_INPUT)
     builder = DiagramBuilder()
-    decomposer = decomposer or make_decomposers(scenario, setup, choice=operated)
-    blocks = [
-        builder.AddNamedSystem(name, block)
-        for name, block in {
-            "decomposer": decomposer,
-            "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
-            "arm": setup.maybe_compiled(scenario.robot.arm_inverse(setup)),
-            "robot": scenario.build_robot(setup),
-        }.items()
-    ]
-    ports = outputs(blocks)
+    blocks = {
+        "decomposer": decomposer or make_decomposers(scenario, setup, choice=operated),
+        "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
+        "arm": setup.maybe_compiled(scenario.robot.arm_inverse(setup)),
+        "robot": scenario.build_robot(setup),
+    }
+    systems = add_blocks(builder, blocks)
+    ports = outputs(systems)
     if operated:
         ports = add_operator(builder, scenario, source, ports)
     else:
         ports |= add_guarded(builder, scenario, setup, source)
-    # Nobody pushes.
-    connect_by_name(builder, ports, blocks, left_open=[signals.SPATIAL_FORCES])
+    # No hand pushes the robot.
+    connect_by_name(builder, ports, systems, left_open=[signals.SPATIAL_FORCES])
     return build_and_export(builder, "teleop", ports, period, logged=logged)

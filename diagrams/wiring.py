@@ -1,6 +1,6 @@
-"""One name is one signal: whoever puts it out feeds all who take it."""
+"""One name is one signal: an output feeds all inputs of the same name."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
@@ -10,7 +10,12 @@ from drake_mobman import signals
 from .signal_log import log_signals
 
 Ports = dict[str, Any]
-"""Output ports by the name of the signal that they put out."""
+"""Output ports by the name of their signal."""
+
+
+def add_blocks(builder: DiagramBuilder, blocks: Mapping[str, Any]) -> list[Any]:
+    """Adds blocks by their names, and returns them."""
+    return [builder.AddNamedSystem(name, block) for name, block in blocks.items()]
 
 
 def outputs(systems: Sequence[Any]) -> Ports:
@@ -23,7 +28,7 @@ def outputs(systems: Sequence[Any]) -> Ports:
 
 
 def add_source(builder: DiagramBuilder, source: Any) -> None:
-    """Adds a source; what it takes becomes an input of the diagram."""
+    """Adds a source; its inputs become inputs of the diagram."""
     builder.AddNamedSystem("source", source)
     for port in map(source.get_input_port, range(source.num_input_ports())):
         builder.ExportInput(port, port.get_name())
@@ -35,16 +40,16 @@ def connect_by_name(
     systems: Sequence[Any],
     left_open: Collection[str] = (),
 ) -> None:
-    """Connects each input of `systems` to the port that puts out its signal.
+    """Connects each input of `systems` to the output port of the same name.
 
     Args:
         builder: of the systems.
-        ports: that put out the signals.
-        systems: to be fed.
-        left_open: names of inputs that nobody need feed, or that somebody will.
+        ports: output ports by name.
+        systems: whose inputs are connected.
+        left_open: names of inputs that need no connection, or get one later.
 
     Raises:
-        ValueError: where nobody puts out what a block takes.
+        ValueError: where there is no output for an input.
     """
     for system in systems:
         for i in range(system.num_input_ports()):
@@ -55,17 +60,17 @@ def connect_by_name(
             elif name not in left_open:
                 valid = ", ".join(sorted(ports))
                 raise ValueError(
-                    f"{system.get_name()}: nobody puts out its input {name!r}; "
-                    f"valid names are {valid}"
+                    f"{system.get_name()}: no block has an output for its input "
+                    f"{name!r}; valid names are {valid}"
                 )
 
 
 def build_and_export(
     builder: DiagramBuilder, name: str, ports: Ports, period: float, *, logged: bool
 ) -> Diagram:
-    """Returns the diagram, with every vector signal exported, and logged if wanted.
+    """Returns the diagram, with every vector signal exported, and logged if `logged`.
 
-    But for `robot_state`, which base and arm put out under names of their own.
+    Except `robot_state`, which is exported in parts by base and arm.
     """
     vectors = {
         name: port

@@ -26,22 +26,23 @@ def scalar_block(definition: type[B]) -> type[B]:
                 self.k = k
                 ...
 
-    `__init__` declares ports and state; the `LeafSystem` is there already, so it calls
-    no `super().__init__()`. The arguments of `__init__` are stored, and a conversion to
-    another scalar type calls it again with them. `self.scalar` is the scalar type of a
-    block, and `Gain.template` Drake's template: `Gain.template[AutoDiffXd]` is a class.
+    `__init__` declares ports and state; the `LeafSystem` is initialized before, so do
+    not call `super().__init__()`. The arguments of `__init__` are stored, and a
+    conversion to another scalar type calls it again with them. `self.scalar` is the
+    scalar type of a block, and `Gain.template` is Drake's template:
+    `Gain.template[AutoDiffXd]` is a class.
 
-    A block may be defined by a class between it and `LeafSystem`, too. It gets the
-    methods of that class, but `super()` does not find them: call them by the class's
-    name, as in `Base.__init__(self, ...)`.
+    There may be a class between the block and `LeafSystem`. The block gets its methods,
+    but `super()` does not find them: call them by the class's name, as in
+    `Base.__init__(self, ...)`.
 
     Args:
         definition: a `LeafSystem` with vector ports. Where it works for some scalar
             types only, its attribute `scalars` lists them, float first.
 
     Returns:
-        The block for float, with the definition's name, signature and docstring; with
-        an `__init__` of another class, that one's docstring is there too.
+        The block for float, with the definition's name, signature and docstring. If it
+        inherits `__init__`, the docstring of that class is added.
     """
     name = definition.__name__
     own = _members(definition) | {"__doc__": _documentation(definition)}
@@ -98,7 +99,7 @@ def _documentation(definition: type) -> str:
 
 
 def _without_self(method: Callable[..., None]) -> inspect.Signature:
-    """Returns a method's signature as its caller sees it."""
+    """Returns a method's signature without `self`."""
     signature = inspect.signature(method)
     return signature.replace(parameters=list(signature.parameters.values())[1:])
 

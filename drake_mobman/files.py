@@ -15,11 +15,11 @@ class FolderError(OSError):
 def read_file(path: Path, most: int) -> bytes:
     """Returns the content of a file of at most `most` bytes.
 
-    A pipe or a device is refused: it might never end, or never begin.
+    A pipe or a device is refused: it may never end, or never begin.
 
     Raises:
         FileNotFoundError: where there is no file.
-        OSError: where it cannot be read, is no file, or is longer.
+        OSError: where it cannot be read, is not a file, or is longer.
     """
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     with os.fdopen(handle, "rb") as file:
@@ -27,8 +27,8 @@ def read_file(path: Path, most: int) -> bytes:
         if stat.S_ISDIR(status.st_mode):
             raise IsADirectoryError(None, "it is a folder")
         if not stat.S_ISREG(status.st_mode):
-            raise OSError(None, "it is no file")
-        # One more, in case it grows.
+            raise OSError(None, "it is not a file")
+        # One byte more, in case it grows.
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(None, f"it has more than {most} bytes")
@@ -65,12 +65,12 @@ def resolved(path: Path) -> Path:
     """Returns an absolute path without links.
 
     Raises:
-        FolderError: where there is no such path, or a link leads nowhere.
+        FolderError: where there is no such path, or a link is broken.
     """
     try:
         for at in (path, *path.parents):
             if at.is_symlink() and not at.exists():
-                why = f"{at} is a link that leads nowhere"
+                why = f"{at} is a broken link"
                 raise FolderError(refusal(path, why))
         return path.resolve()
     except FolderError:
@@ -81,5 +81,5 @@ def resolved(path: Path) -> Path:
 
 
 def refusal(path: Path, why: str) -> str:
-    """Returns the line that says why a folder cannot be written to."""
+    """Returns the line of an error: why a folder cannot be written to."""
     return f"{path}: cannot be written, {why}; must be new, or of an earlier run"

@@ -1,4 +1,4 @@
-"""Kinds: what is one of several, such as a decomposer, is registered by one import."""
+"""Kinds, such as decomposers: one import registers a new member."""
 
 import dataclasses as dc
 import functools
@@ -8,17 +8,17 @@ from typing import Any
 
 
 def unions_of(namespace: Mapping[str, Any], *protocols: Any) -> tuple[Any, ...]:
-    """Returns for each protocol the union of the dataclasses that fulfil it.
+    """Returns for each protocol the union of the dataclasses that implement it.
 
-    A package's `__init__` imports each dataclass of its kind; that is all that it takes
-    to have it in scenarios, on the command line and in the console.
+    A package's `__init__` imports each dataclass of its kind. Nothing more is needed to
+    have it in scenarios, on the command line and in the console.
 
     Args:
         namespace: the `globals()` of that `__init__`.
-        protocols: what the dataclasses of each kind have.
+        protocols: one for each kind.
 
     Raises:
-        TypeError: where a dataclass fulfils none of them; names what it lacks.
+        TypeError: where a dataclass implements none of them; names what it lacks.
     """
     found: dict[Any, list[Any]] = {protocol: [] for protocol in protocols}
     for x in [*namespace.values()]:

@@ -1,4 +1,4 @@
-"""Checks of parameters: each names the key, its value and what is valid."""
+"""Checks of parameters; each error names the key, its value and what is valid."""
 
 import dataclasses as dc
 import math
@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 _SHORT = reprlib.Repr()
-"""Shortens what messages quote: a whole file may have been given for a number."""
+"""Shortens values in messages: they may be as long as a file."""
 _SHORT.maxstring = _SHORT.maxother = 60
 _SHORT.maxlevel = 3
 
 _LONGEST = 200
-"""Of a key that messages name; a path into the longest scenario is a fifth of it."""
+"""Largest length of a key in a message."""
 
 
 def quoted(text: str) -> str:
-    """Returns text for a line of a message: as it is, unless that would spoil it."""
+    """Returns text for a message: unchanged if it is short and printable."""
     return text if text.isprintable() and len(text) < _LONGEST else _SHORT.repr(text)
 
 
@@ -24,8 +24,8 @@ class ParameterError(ValueError):
     """A parameter that its block cannot work with.
 
     Attributes:
-        key: where it stands, as a dotted path below the object checked.
-        value: what was given.
+        key: dotted path of the parameter, from the object that is checked.
+        value: the one that is not valid.
         valid: what would be valid.
     """
 
@@ -37,27 +37,27 @@ class ParameterError(ValueError):
         self.valid = valid
 
     def below(self, parent: str) -> "ParameterError":
-        """Returns the same error as seen from the object that holds `parent`."""
+        """Returns the same error with `parent` before its key."""
         dot = "" if self.key[:1] in {"", "["} else "."
         key = f"{parent}{dot}{self.key}"
         return ParameterError(key, self.value, self.valid)
 
 
 class Range(NamedTuple):
-    """What makes sense for a quantity, both ends included."""
+    """The valid range of a quantity, both ends included."""
 
     low: float
     high: float
     unit: str = ""
 
     def __str__(self) -> str:
-        """Returns it as a message says it, `[0.01, 10] m`."""
+        """Returns it as text for messages, `[0.01, 10] m`."""
         return f"[{self.low:g}, {self.high:g}] {self.unit}".rstrip()
 
 
-# For robots from 10 cm to 10 m, and for whoever leads them.
+# For robots from 10 cm to 10 m, and for their operators.
 LENGTH = Range(0.01, 10.0, "m")
-"""Of a link, or of whatever else a robot has one of."""
+"""Of a link, or of any other part of a robot."""
 OFFSET = Range(-10.0, 10.0, "m")
 """Of one part of a robot from another."""
 REACH = Range(0.0, 20.0, "m")
@@ -73,13 +73,13 @@ YAW_ACCELERATION = Range(1e-3, 1e3, "rad/s^2")
 JERK = Range(1e-2, 1e4, "m/s^3")
 YAW_JERK = Range(1e-2, 1e5, "rad/s^3")
 PERIOD = Range(1e-4, 0.2, "s")
-"""Of control: slower, nobody steers by it."""
+"""Of control: with a longer one, an operator cannot steer."""
 PAUSE = Range(0.0, 60.0, "s")
-"""Until something has stopped, or changed hands."""
+"""Of a stop, or of a transition."""
 TIME = Range(0.0, 1e6, "s")
 """In a run; eleven days at most."""
 GAIN = Range(0.0, 1e3, "1/s")
-"""Of a rate by a distance: some of these loops are not sampled any faster."""
+"""A rate per distance: not above the sampling rate of the loop."""
 STIFFNESS = Range(0.1, 1e6, "N/m")
 DAMPING = Range(1e-3, 1e6, "N s/m")
 FORCE = Range(1e-3, 1e5, "N")
@@ -122,7 +122,7 @@ def one_of(params: Any, key: str, names: tuple[str, ...]) -> None:
 
 
 def checked_period(period: float) -> float:
-    """Returns a block's `period` [s] if it is one, or raises `ParameterError`."""
+    """Returns a block's `period` [s] if it is valid, or raises `ParameterError`."""
     if not (period > 0 and math.isfinite(period)):
         raise ParameterError("period", period, "must be a finite number above 0")
     return period
@@ -131,8 +131,8 @@ def checked_period(period: float) -> float:
 def checked(params: Any) -> Any:
     """Returns `params` if all of it is valid.
 
-    Every number in it, however deep, must be finite; and every dataclass in it that
-    has a method `check` must pass that.
+    Every number in it, at any depth, must be finite; and every dataclass in it that has
+    a method `check` must pass it.
 
     Raises:
         ParameterError: names the first field that is not valid.

@@ -1,4 +1,4 @@
-"""What a law needs to be written once for float, AutoDiffXd and Expression."""
+"""Functions for laws that are written once for float, AutoDiffXd and Expression."""
 
 import functools
 import operator
@@ -15,7 +15,7 @@ from pydrake.symbolic import min as symbolic_min
 Scalar = Any
 """A float, an `AutoDiffXd` or an `Expression`; a law takes any of them.
 
-Tell them apart by `type(x) is ...`: `isinstance` would take longer than the law itself.
+Distinguish them by `type(x) is ...`: `isinstance` takes longer than the law itself.
 """
 
 Matrix = npt.NDArray[Any]
@@ -39,7 +39,7 @@ def smaller(a: Scalar, b: Scalar) -> Scalar:
         return _chosen(symbolic_min, (a, b))
     if less:
         return b
-    return a if a <= b else a + b  # Only NaN is in no order with anything.
+    return a if a <= b else a + b  # All comparisons with NaN are false.
 
 
 def larger(a: Scalar, b: Scalar) -> Scalar:
@@ -57,15 +57,15 @@ def smallest(*values: Scalar, made_of: Sequence[Scalar] | None = None) -> Scalar
 
     Args:
         values: of which one is chosen.
-        made_of: of Expressions, shorter ones that are NaN where a value is; they are
-            checked for NaN instead of the values.
+        made_of: for Expressions, shorter ones that are NaN where a value is NaN; they
+            are checked for NaN in place of the values.
     """
     total = sum(values)
     if type(total) is Expression:
         return _chosen(symbolic_min, values, made_of)
-    # Python's own is quicker, but misses what is not a number; the sum does not.
-    quick = total == total  # noqa: PLR0124 - only NaN differs from itself.
-    return min(values) if quick else functools.reduce(smaller, values)
+    # Python's `min` is faster, but misses NaN; the sum does not.
+    no_nan = total == total  # noqa: PLR0124 - only NaN differs from itself.
+    return min(values) if no_nan else functools.reduce(smaller, values)
 
 
 def largest(*values: Scalar, made_of: Sequence[Scalar] | None = None) -> Scalar:
@@ -73,8 +73,8 @@ def largest(*values: Scalar, made_of: Sequence[Scalar] | None = None) -> Scalar:
     total = sum(values)
     if type(total) is Expression:
         return _chosen(symbolic_max, values, made_of)
-    quick = total == total  # noqa: PLR0124
-    return max(values) if quick else functools.reduce(larger, values)
+    no_nan = total == total  # noqa: PLR0124
+    return max(values) if no_nan else functools.reduce(larger, values)
 
 
 def _chosen(
@@ -83,24 +83,24 @@ def _chosen(
     """Returns Drake's `min` or `max` of several Expressions, NaN where any is NaN.
 
     Drake's returns its first argument where either is NaN, and so does a chain of them.
-    So the first argument is one that is NaN where any of the values is, and that is
-    never chosen otherwise: a sum of magnitudes. A formula would double all values.
+    So the first argument is NaN where any of the values is, and is never chosen
+    otherwise: a sum of magnitudes. An `if_then_else` would contain all values twice.
 
     Args:
         choice: `symbolic_min` or `symbolic_max`.
         values: of which one is chosen.
-        made_of: as `smallest` has it.
+        made_of: as for `smallest`.
     """
     constant = [value for value in values if _is_constant(value)]
     free = [value for value in values if not _is_constant(value)]
     chain = [*free, *constant]
     if made_of is not None:
-        sought = [chain[-1], *made_of] if made_of else []
+        summands = [chain[-1], *made_of] if made_of else []
     else:
-        sought = free if len(free) > 1 else []
-    if sought:  # One of the values is among it, and so none is beyond its sum.
-        beyond = functools.reduce(operator.add, map(abs, sought))
-        chain.insert(0, beyond if choice is symbolic_min else -beyond)
+        summands = free if len(free) > 1 else []
+    if summands:  # One of the values is among them, so their sum is never chosen.
+        total = functools.reduce(operator.add, map(abs, summands))
+        chain.insert(0, total if choice is symbolic_min else -total)
     return functools.reduce(choice, chain)
 
 
@@ -111,14 +111,14 @@ def _is_constant(value: Scalar) -> bool:
 
 
 def saturated(x: Scalar, limit: Scalar) -> Scalar:
-    """Returns `x` held within `[-limit, limit]` (Petric & Zlajpah, eq. 11)."""
+    """Returns `x` clamped to `[-limit, limit]` (Petric & Zlajpah, eq. 11)."""
     return larger(smaller(x, limit), -limit)
 
 
 def is_finite(x: Scalar) -> Any:
-    """Returns whether `x` is neither infinite nor NaN; of an `Expression`, a formula.
+    """Returns whether `x` is neither infinite nor NaN; a formula for an `Expression`.
 
-    By a comparison that no simplification takes away, unlike that of `x` with itself.
+    Drake does not simplify this comparison away, unlike that of `x` with itself.
     """
     return abs(x) <= sys.float_info.max
 
@@ -129,13 +129,13 @@ def finite_or_zero(x: Scalar) -> Scalar:
 
 
 _ROUNDING = 1e-9
-"""Share of a step that its sums may be off by rounding."""
+"""Rounding error of a sum of steps, as a share of one step."""
 
 
 def nearer_to_rest(x: Scalar, step: float) -> Scalar:
-    """Returns `x` one `step` nearer to 0, and 0 itself where no more than that is left.
+    """Returns `x` one `step` nearer to 0, and 0 where at most one step is left.
 
-    But for rounding: what is a whole number of steps from 0 takes that many.
+    Rounding does not count: a whole number of steps from 0 takes exactly that many.
     """
     left = x - saturated(x, step)
     return where(abs(left) <= _ROUNDING * step, 0.0 * left, left)
@@ -153,6 +153,6 @@ def wrapped_angle(angle: Scalar) -> Scalar:
 
 
 def clamped_norm(vector: Matrix, limit: float) -> Matrix:
-    """Returns `vector`, or that of norm `limit` in its direction, if it is longer."""
+    """Returns `vector`, shortened to the norm `limit` if it is longer."""
     squared = vector @ vector
     return vector * (limit / sqrt(squared)) if squared > limit**2 else vector

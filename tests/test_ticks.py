@@ -270,12 +270,12 @@ def ticks_to_rest(value, after):
 
 STOPS = {
     "guard": lambda c, time, h: braked([c, 0, 0], Guard(1, 1, 1, time), h)[0],
-    "standstill": lambda share, time, h: next_share(
+    "stop ramp": lambda share, time, h: next_share(
         share, False, Guard(stop_time=time), h
     ),
     "optimiser": lambda v, time, h: v * braking_factor([v], [1.0], h / time),
     "smoother": lambda v, time, h: smoothed(v, 0.0, 0.2, h / time, 1.0),
-    "change": lambda rest, time, h: (
+    "transition": lambda rest, time, h: (
         1 - next_handover(Handover(0, 1, 1 - rest), 1, 2, h / time).weight
     ),
 }

@@ -1,1 +1,1 @@
-"""What a run shows: motion, metrics, and runs side by side."""
+"""Analysis of runs: motion, metrics, and comparisons."""

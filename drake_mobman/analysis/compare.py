@@ -17,7 +17,7 @@ from drake_mobman.simulation.simulate import simulate
 from drake_mobman.simulation.tick_times import tick_times
 
 _SHARED = {"alpha", "beta", "projection"}
-"""Parameters that decomposers take from the scenario's own, for a fair comparison."""
+"""Parameters copied from the scenario's decomposer, for a fair comparison."""
 
 
 def decomposers_by_name() -> dict[str, type]:
@@ -29,10 +29,10 @@ def chosen_decomposers(names: Sequence[str]) -> dict[str, type]:
     """Returns some of `decomposers_by_name`, in the order of their names.
 
     Args:
-        names: of decomposers, in any case, as a scenario takes them.
+        names: of decomposers, as in a scenario; upper or lower case.
 
     Raises:
-        ParameterError: where there is no decomposer of a name, or one is given twice.
+        ParameterError: where a name is not a decomposer's, or is given twice.
     """
     known = decomposers_by_name()
     chosen: dict[str, type] = {}
@@ -52,8 +52,8 @@ def with_each(
 ) -> dict[str, Teleop]:
     """Returns the scenario with each of the decomposers, by name.
 
-    The scenario's own decomposer keeps its parameters. The others get those that fit
-    the robot, but share with it what does not depend on the decomposer (`_SHARED`).
+    The scenario's own decomposer keeps its parameters. The others get parameters that
+    fit the robot, but those in `_SHARED` are the same for all.
 
     Raises:
         ScenarioError: where the end effector is not commanded, or where a decomposer
@@ -64,7 +64,7 @@ def with_each(
     for name, kind in decomposers.items():
         try:
             params = _like(scenario.decomposer, default_of(scenario.robot, kind))
-            # A recorded operator cannot choose another.
+            # A recorded operator cannot choose another decomposer.
             variant = dc.replace(scenario, decomposer=params, alternatives=[])
             checked(variant)
         except ParameterError as error:
@@ -85,12 +85,12 @@ def commanded(scenario: AnyScenario) -> Teleop:
     return typing.cast(Teleop, scenario)
 
 
-def _like(own: Any, other: Any) -> Any:
-    """Returns `own` if it is of the other's kind; else the other, made like it."""
-    if isinstance(own, type(other)):
-        return own
+def _like(first: Any, other: Any) -> Any:
+    """Returns `first` if both are of one class; else `other` with shared parameters."""
+    if isinstance(first, type(other)):
+        return first
     shared = _SHARED & {f.name for f in dc.fields(other)}
-    same = {key: getattr(own, key) for key in shared if hasattr(own, key)}
+    same = {key: getattr(first, key) for key in shared if hasattr(first, key)}
     return dc.replace(other, **same)
 
 
@@ -100,7 +100,7 @@ class Comparison:
 
     scenario: Teleop  # As it was given, with its own decomposer.
     runs: dict[str, Run]  # By the decomposer's name.
-    metrics: dict[str, dict[str, Any]]  # Likewise; None for what is not finite.
+    metrics: dict[str, dict[str, Any]]  # Likewise; None for a number not finite.
 
     def table(self) -> dict[str, dict[str, Any]]:
         """Returns the value of each metric by decomposer, by the metric's flat name."""
@@ -127,11 +127,11 @@ def compared(
         scenario: checked, as `load_scenario` returns it.
         decomposers: some of `decomposers_by_name`.
         simulated: runs a variant of the scenario, given its decomposer's name.
-        stop: called before each run; returns whether the user wants no more of them.
+        stop: called before each run; returns whether the user wants to stop.
 
     Raises:
         ScenarioError: as `with_each`.
-        KeyboardInterrupt: where the user ended it before there was any result.
+        KeyboardInterrupt: where the user stopped before there was any result.
     """
     runs: dict[str, Run] = {}
     for name, variant in with_each(scenario, decomposers).items():

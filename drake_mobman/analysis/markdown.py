@@ -6,7 +6,7 @@ from collections.abc import Sequence
 def markdown_table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Returns a table of Markdown: names to the left, numbers to the right.
 
-    Columns are padded, so that the text is easy to read as it is, too.
+    Columns are padded, so that the plain text is easy to read, too.
 
     Args:
         heading: of each column.

@@ -1,7 +1,7 @@
 """The true motion of the end effector, from a run's log.
 
-It is worked out by forward kinematics of the robot's `MultibodyPlant`, and by no code
-that a decomposer or a sensor uses: an error in a law cannot hide itself here.
+It is computed by forward kinematics of the robot's `MultibodyPlant`, without any code
+that a decomposer or a sensor uses: so an error in a law shows here.
 """
 
 import dataclasses as dc
@@ -74,15 +74,15 @@ def holding(run: Run) -> np.ndarray:
 
 
 def ee_motion(run: Run, model: RobotModel | None = None) -> EndEffectorMotion:
-    """Returns the end effector's motion in a run; without commands, it is to rest.
+    """Returns the end effector's motion in a run; without commands, they count as zero.
 
     At fidelity `Kinematic` the end effector has the commanded velocity at once. With
-    masses, its velocity at a tick is what the command of the tick before, held until
-    then, has made of it.
+    masses, its velocity at a tick comes from the command of the tick before, which was
+    held until then.
 
     Args:
-        run: whose log has a sample or more.
-        model: of its robot, if not the run's own.
+        run: with at least one sample in its log.
+        model: of its robot; the run's own unless given.
     """
     log, model = run.log, model or run.model
     kinematic = not run.scenario.fidelity.has_masses
@@ -122,9 +122,9 @@ def _mean_motion(
 ) -> tuple[EndEffectorStates, np.ndarray]:
     """Returns the same for joints that move at a constant rate for an Euler step.
 
-    The arm is given where its step ends, not how it gets there. So its part of the
-    velocity is the mean over the step, in the coordinates of the command, with the base
-    standing still. The base's part is that of the instant, with the arm at rest on it.
+    A step gives the arm's end position, not its path. So the arm's part of the velocity
+    is the mean over the step, in the coordinates of the command, with the base at rest.
+    The base's part is the velocity at this instant, with the arm at rest on it.
     """
     q, v = _positions(log), _rates(log)
     by_arm, by_base = v.copy(), v.copy()
@@ -133,7 +133,7 @@ def _mean_motion(
     after = ee_states(model, q + period * by_arm)
     reach, axes = _polar(states)
     reach_after, axes_after = _polar(after)
-    # On the shoulder's axis the reach has no direction: it keeps the last one.
+    # On the shoulder's axis the reach has no direction: the last one is kept.
     turn = np.where(reach_after < _ON_AXIS, 0.0, axes_after - axes)
     turn = np.arctan2(np.sin(turn), np.cos(turn))
     rise = after.p_WE[:, 2] - states.p_WE[:, 2]
@@ -179,7 +179,7 @@ def _along(v_W: np.ndarray, axes: np.ndarray) -> np.ndarray:
 def _psi(angle: np.ndarray, log: Log) -> np.ndarray:
     """Returns angles (N,) [rad], counting whole turns.
 
-    Only the joints know in which turn the first angle is: that is taken from the log.
+    The number of turns at the start is only known from the joints, so from the log.
     """
     unwrapped = np.unwrap(angle)
     turns = np.round((log[signals.EE_CYLINDRICAL][0, 1] - unwrapped[0]) / (2 * np.pi))

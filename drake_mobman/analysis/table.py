@@ -64,7 +64,7 @@ def flat_table(results: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, 
 
 
 def shown(value: Any) -> str:
-    """Returns a metric's value as a table shows it."""
+    """Returns a metric's value as text for a table."""
     if value is None:
         return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

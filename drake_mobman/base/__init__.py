@@ -1,6 +1,6 @@
 """The base: what drives it, and how its commands are smoothed and limited.
 
-A dataclass imported here is in scenarios, on the command line and in the console.
+A dataclass imported here is available in scenarios, command line and console.
 """
 
 from typing import TYPE_CHECKING

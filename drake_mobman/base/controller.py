@@ -1,4 +1,4 @@
-"""What every base controller has, so that one swaps for another."""
+"""What every base controller has, so that one can replace another."""
 
 from typing import Any, Protocol, runtime_checkable
 
@@ -9,17 +9,19 @@ from drake_mobman.scalars import Scalar, Vector
 
 @runtime_checkable
 class BaseControllerParams(Protocol):
-    """Parameters of what drives the base by where T is."""
+    """Parameters of a controller that drives the base by the position of T."""
 
     def build(self, setup: RobotSetup) -> Any:
-        """Returns the block: `p_BT` in, and `arm_position` if needed; `base_command`.
+        """Returns the block.
+
+        Its inputs are `p_BT`, and `arm_position` if needed; its output `base_command`.
 
         Raises:
             ParameterError: where a parameter is not valid for the robot.
         """
 
     def check_reach(self, reach: Reach) -> None:
-        """Raises `ParameterError` unless it works with an arm of this reach."""
+        """Raises `ParameterError` unless the controller fits an arm of this reach."""
 
     def command(
         self, p_BT: Vector, reach: Reach, joint: FirstJoint | None
@@ -29,5 +31,5 @@ class BaseControllerParams(Protocol):
         Args:
             p_BT: position of T in B (3,) [m].
             reach: of the arm.
-            joint: the arm's first; None where it turns on and on.
+            joint: the arm's first; None where it has no limits.
         """

@@ -1,7 +1,7 @@
 """Limits of speed, acceleration and jerk of the base command.
 
-Ours. The command goes to what is wanted as fast as these allow, and arrives there at
-rest: it does not overshoot what is held.
+Our own law. The smoothed command follows the raw one as fast as the limits allow. Its
+slope is zero when it arrives: it does not overshoot a raw command that is held.
 """
 
 import dataclasses as dc
@@ -30,7 +30,7 @@ from drake_mobman.scalars import Scalar, Vector, finite_or_zero, saturated, smal
 
 @dc.dataclass
 class JerkLimited:
-    """The base takes on a command within limits of its jerk, too."""
+    """The base command is limited in speed, acceleration and jerk."""
 
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
     max_acceleration: float = 1.0  # [m/s^2].
@@ -54,7 +54,7 @@ class JerkLimited:
         return BaseLimits(**dc.asdict(self))
 
     def next(self, state: Vector, raw: Vector, period: float) -> list[Scalar]:
-        """Returns the next state (4,): the command sent, and its slope."""
+        """Returns the next state (4,): the smoothed command, and its slope."""
         limits = (
             (self.max_speed, self.max_acceleration, self.max_jerk),
             (self.max_yaw_rate, self.max_yaw_acceleration, self.max_yaw_jerk),
@@ -77,23 +77,23 @@ def jerk_limited(
     limits: tuple[float, float, float],
     period: float,
 ) -> tuple[Scalar, Scalar]:
-    """Returns the next command sent, one component of it, and its slope.
+    """Returns one component of the next smoothed command, and its slope.
 
-    A slope that jerk can bring to 0 in the gap that is left: that is a joint nearing
-    the end of its range, one derivative higher.
+    The slope is small enough for the jerk to bring it to 0 within the gap that is left.
+    It is the law of a joint near the end of its range, one derivative higher.
 
     Args:
-        last: command last sent.
+        last: the last smoothed command.
         slope: its rate of change then.
-        raw: what the controller wants now; a stop where it is not finite.
+        raw: the controller's command now; a stop where it is not finite.
         limits: largest magnitude, slope, and change of slope in a second.
         period: for which a command is held, h [s].
     """
     limit, steepest, jerk = limits
     gap = saturated(finite_or_zero(raw), limit) - last
     bound = smaller(braking_rate(abs(gap), jerk, period), steepest)
-    wanted = saturated(gap / period, bound)
-    slope = slope + saturated(wanted - slope, jerk * period)
+    desired = saturated(gap / period, bound)
+    slope = slope + saturated(desired - slope, jerk * period)
     return last + period * slope, slope
 
 
@@ -109,7 +109,7 @@ class JerkLimiter(LeafSystem):
         output_ports:
         - base_command_smoothed
 
-    The state is the command last sent (2,), and its slope (2,).
+    The state is the last smoothed command (2,), and its slope (2,).
 
     Args:
         params: limits.

@@ -34,7 +34,7 @@ from drake_mobman.scalars import (
 
 @dc.dataclass
 class Smoother:
-    """How the base takes on a command; the platform's own limits may be wider."""
+    """The base command is smoothed; the platform's own limits may be wider."""
 
     smoothing: float = 0.2  # alpha: share of the new command taken each period, (0, 1].
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
@@ -52,7 +52,7 @@ class Smoother:
         within(self, YAW_ACCELERATION, "max_yaw_acceleration")
 
     def limits(self) -> BaseLimits:
-        """Returns the limits that a smoothed base keeps to."""
+        """Returns the limits that the base keeps to."""
         return BaseLimits(
             self.max_speed,
             self.max_acceleration,
@@ -61,7 +61,7 @@ class Smoother:
         )
 
     def next(self, state: Vector, raw: Vector, period: float) -> list[Scalar]:
-        """Returns the next command sent (2,), from the last one (eqs. 7-11)."""
+        """Returns the next smoothed command (2,), from the last one (eqs. 7-11)."""
         steps = self.max_acceleration, self.max_yaw_acceleration
         limits = self.max_speed, self.max_yaw_rate
         return [
@@ -77,24 +77,24 @@ class Smoother:
 def smoothed(
     last: Scalar, raw: Scalar, smoothing: float, step: float, limit: float
 ) -> Scalar:
-    """Returns the next command sent, one component of it.
+    """Returns one component of the next smoothed command.
 
-    Both the filter (eqs. 7, 8) and the rate limit (eqs. 9, 10) start from the command
-    last sent: u_k = sat_limit(u_{k-1} + sat_step(alpha (raw_k - u_{k-1}))).
+    Both the filter (eqs. 7, 8) and the rate limit (eqs. 9, 10) start from the last
+    smoothed command: u_k = sat_limit(u_{k-1} + sat_step(alpha (raw_k - u_{k-1}))).
 
-    A raw command of exactly zero is a stop, and a stop is not filtered: the filter's
-    tail never ends, while without it the base is at rest within limit/step periods. A
-    raw command that is not finite is a stop too.
+    A raw command of exactly zero is a stop, and a stop is not filtered: a filter never
+    quite reaches zero, while without it the base is at rest within limit/step periods.
+    A raw command that is not finite is a stop too.
 
     Args:
-        last: command last sent, u_{k-1}.
-        raw: what the controller wants now.
+        last: the last smoothed command, u_{k-1}.
+        raw: the controller's command now.
         smoothing: alpha, in (0, 1].
         step: largest change in a period.
         limit: largest magnitude.
     """
     raw = finite_or_zero(raw)
-    # At rest the filter counts, so that the law is linearised there with it.
+    # At rest the filter is used, so that a linearisation there contains it.
     stops = where(raw == 0, where(last == 0, 0.0, 1.0), 0.0)
     filtered = last + saturated(smoothing * (raw - last), step)
     return saturated(where(stops > 0, nearer_to_rest(last, step), filtered), limit)
@@ -112,7 +112,7 @@ class CommandSmoother(LeafSystem):
         output_ports:
         - base_command_smoothed
 
-    The state is the command last sent (2,).
+    The state is the last smoothed command (2,).
 
     Args:
         params: of the filter and its limits.
@@ -126,7 +126,7 @@ class CommandSmoother(LeafSystem):
         self.params = checked(params)
         self.period = checked_period(period)
         self.raw = self.DeclareVectorInputPort(signals.BASE_COMMAND, 2)
-        # Not time: what depends on it is worked out twice a period.
+        # Without time: what depends on time is computed twice a period.
         needs = {self.all_input_ports_ticket(), self.xd_ticket()}
         self.smoothed = self.DeclareVectorOutputPort(
             signals.BASE_COMMAND_SMOOTHED,

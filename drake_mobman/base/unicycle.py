@@ -1,6 +1,6 @@
 """The base as a unicycle: it rolls along its heading and turns (Kwon et al., eq. 1).
 
-With `v_b`, where the paper prints `v_bm`, its projection on the reach.
+The paper prints `v_bm`, the projection on the reach, where `v_b` must stand.
 """
 
 from pydrake.math import cos, sin

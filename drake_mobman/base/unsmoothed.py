@@ -1,4 +1,4 @@
-"""No smoothing: the base gets its command as it is."""
+"""No smoothing: the base gets its raw command."""
 
 import dataclasses as dc
 from typing import Any, ClassVar
@@ -15,9 +15,9 @@ from drake_mobman.scalars import Scalar, Vector, finite_or_zero
 
 @dc.dataclass
 class Unsmoothed:
-    """The base takes on any command at once, as in Kwon et al."""
+    """The base command is not smoothed, as in Kwon et al."""
 
-    # Kept by decomposers; a command that is faster passes all the same.
+    # Decomposers keep to these limits; a faster command is passed on unchanged.
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
     max_yaw_rate: float = 1.0  # [rad/s].
     states: ClassVar[int] = 2
@@ -32,7 +32,7 @@ class Unsmoothed:
         return BaseLimits(max_speed=self.max_speed, max_yaw_rate=self.max_yaw_rate)
 
     def next(self, _state: Vector, raw: Vector, _period: float) -> list[Scalar]:
-        """Returns the next command sent (2,): the raw one, if it is finite."""
+        """Returns the next smoothed command (2,): the raw one, if it is finite."""
         return [finite_or_zero(x) for x in raw]
 
     def build(self, _setup: RobotSetup) -> "CommandPassThrough":
@@ -42,7 +42,7 @@ class Unsmoothed:
 
 @scalar_block
 class CommandPassThrough(LeafSystem):
-    """Passes a base command on; what is not finite becomes zero.
+    """Passes a base command on; a component that is not finite becomes zero.
 
     .. pydrake_system::
 

@@ -1,6 +1,6 @@
-"""The base follows the hand by a velocity field about itself.
+"""The base follows the end effector by a velocity field about itself.
 
-Petric & Zlajpah, eqs. 1-6, as printed but for the sign of d_r, or projected.
+Petric & Zlajpah, eqs. 1-6: as printed, except for the sign of d_r, or projected.
 """
 
 import dataclasses as dc
@@ -39,17 +39,17 @@ LAWS = ("printed", "projected")
 
 
 class Zone(enum.IntFlag):
-    """What the field asks of the base (fig. 1)."""
+    """How the field moves the base (fig. 1)."""
 
     PASSIVE = 0
     FORWARD = 1
-    """The hand is near the end of its reach: the base comes after it."""
+    """T is near the end of the arm's reach: the base drives forward."""
     RETREAT = 2
-    """The hand is near the body: the base gives way."""
+    """T is near the base: the base drives back."""
     ROTATION = 4
-    """The hand is off to one side: the base turns towards it."""
+    """T is to one side: the base turns towards it."""
     HELD = 8
-    """The arm's first joint is near its end and cannot follow: the base turns less."""
+    """The arm's first joint is near its limit: the base turns less."""
 
 
 @dc.dataclass
@@ -57,32 +57,32 @@ class VelocityField:
     """Gains and thresholds; the paper gives none.
 
     The defaults are for a Franka arm (r_f = 0.7 m) on a TIAGo base (0.27 m in radius)
-    that follows a hand of 0.35 m/s and is sent at most 0.5 m/s and 1 rad/s.
+    that follows a hand of 0.35 m/s at up to 0.5 m/s and 1 rad/s.
     """
 
-    # As printed, "forward" drives away from a hand that is behind the base.
+    # As printed, "forward" drives away from a T that is behind the base.
     law: str = "projected"  # `projected`: v times cos(phi); or `printed`.
-    # A hand of 0.35 m/s goes 9 cm into a zone before the base keeps pace, which is
-    # less than either is wide; and the loop with the smoother's lag of about 0.05 s
-    # does not overshoot below 1 / (4 x 0.05 s) = 5.
+    # A hand of 0.35 m/s goes 9 cm into a zone before the base is as fast, which is less
+    # than the width of either. With the smoother's lag of about 0.05 s, the loop does
+    # not overshoot for gains below 1 / (4 x 0.05 s) = 5.
     K_f: float = 4.0  # Forward speed per depth in the forward zone [1/s].
     K_r: float = 4.0  # Backward speed per depth in the retreat zone [1/s].
-    # As fast as the base may turn: a hand that goes sideways at 0.35 m/s and 0.4 m
-    # from the base turns its bearing by 0.9 rad/s.
+    # As fast as the base may turn: the bearing of a hand that moves sideways at
+    # 0.35 m/s, 0.4 m from the base, turns at 0.9 rad/s.
     K_omega: float = 1.0  # Yaw rate at phi_max and beyond [rad/s].
-    # Full speed is reached 2.5 cm before the arm is stretched and loses a direction.
+    # Full speed is reached 2.5 cm before the arm is stretched, which is singular.
     Delta_f: float = 0.15  # Width of the forward zone, inwards from r_f [m].
-    # Leaves 15 cm between the zones where the arm moves and the base rests.
+    # Leaves 15 cm between the zones, where only the arm moves.
     Delta_r: float = 0.1  # Width of the retreat zone, outwards from b_d [m].
-    # The base's radius and three centimetres for the wrist.
-    b_d: float = 0.3  # Radius of the capsule that the hand is to stay out of [m].
-    # Work 10 cm to either side, half a metre ahead, does not turn the base.
+    # The base's radius, and 3 cm for the wrist.
+    b_d: float = 0.3  # Radius of the capsule that T is to stay out of [m].
+    # Motion 10 cm to either side, half a metre ahead, does not turn the base.
     phi_min: float = 0.2  # Heading error from which the base turns [rad].
-    # Wide enough for the rise of omega, 1.5 K_omega / 0.4 rad, to stay below 5 too.
+    # Wide enough for the slope of omega, 1.5 K_omega / 0.4 rad, to stay below 5 too.
     phi_max: float = 0.6  # Heading error from which it turns at K_omega [rad].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless gains, widths and angles make a field."""
+        """Raises `ParameterError` unless gains, widths and angles are in range."""
         one_of(self, "law", LAWS)
         within(self, GAIN, "K_f", "K_r")
         within(self, Range(0.0, YAW_RATE.high, "rad/s"), "K_omega")
@@ -106,7 +106,7 @@ class VelocityField:
         Args:
             p_BT: position of T in B (3,) [m].
             reach: of the arm.
-            joint: the arm's first; None where it turns on and on.
+            joint: the arm's first; None where it has no limits.
         """
         v, omega = field_velocity(p_BT, self, reach, joint)
         if joint is None:
@@ -120,16 +120,15 @@ class VelocityField:
         return f"field, {self.law}"
 
     def variants(self) -> list["VelocityField"]:
-        """Returns the same field by each law, of which an operator may choose one."""
+        """Returns the same field by each law, for an operator to choose from."""
         return [dc.replace(self, law=law) for law in LAWS]
 
 
 def check_zones(params: VelocityField, reach: Reach) -> None:
     """Raises `ParameterError` unless there is a passive zone between the other two.
 
-    At the shoulder's height, that is. Well below it, where the capsule is a cylinder
-    and the reach still a sphere, they meet all the same, and v jumps from one to the
-    other.
+    It is checked at the shoulder's height. Far below, where the capsule is a cylinder
+    but the reach is a sphere, the two zones can meet, and v jumps there.
     """
     within, room = "r_f", reach.r_f
     for key in ("Delta_f", "b_d", "Delta_r"):
@@ -141,10 +140,10 @@ def check_zones(params: VelocityField, reach: Reach) -> None:
 
 
 def signed_distances(p_BT: Any, reach: Reach, capsule: float) -> tuple[Scalar, Scalar]:
-    """Returns d_f and d_r [m]: what is left of the reach, and to the body.
+    """Returns d_f and d_r [m]: distances to the end of the reach and to the capsule.
 
-    Eqs. 1-3. d_r is the distance less b_d; printed as its negative, it would have the
-    base flee from a hand that is far away.
+    Eqs. 1-3. d_r is the distance less b_d; with the sign as printed, the base would
+    drive away from a T that is far away.
 
     Args:
         p_BT: position of T in B (3,) [m].
@@ -159,7 +158,7 @@ def signed_distances(p_BT: Any, reach: Reach, capsule: float) -> tuple[Scalar, S
 
 def linear_velocity(d_f: Scalar, d_r: Scalar, params: VelocityField) -> Scalar:
     """Returns v [m/s] as printed (eq. 4), from the signed distances [m]."""
-    # Not a plain 0: a position that is not a number must not pass for a command.
+    # Not a plain 0: a NaN position must not make a valid command.
     passive = 0.0 * d_f
     forward = where(d_f < params.Delta_f, params.K_f * (params.Delta_f - d_f), passive)
     backward = -params.K_r * (params.Delta_r - d_r)
@@ -167,7 +166,7 @@ def linear_velocity(d_f: Scalar, d_r: Scalar, params: VelocityField) -> Scalar:
 
 
 class Turning(Protocol):
-    """How the base turns towards its hand."""
+    """How the base turns towards T."""
 
     K_omega: float  # Yaw rate at phi_max and beyond [rad/s].
     phi_min: float  # Heading error from which the base turns [rad].
@@ -183,14 +182,15 @@ def yaw_rate(phi: Scalar, params: Turning) -> Scalar:
 def field_heading(
     p_BT: Any, params: Turning, joint: FirstJoint | None
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Returns the heading error phi [rad], and omega [rad/s] with the share that it is.
+    """Returns the heading error phi [rad], omega [rad/s], and its scale in [0, 1].
 
-    Past half a turn, phi is what the arm is wound up by; omega is as far as it follows.
+    phi counts whole turns of the first joint. omega is scaled down where that joint is
+    near its limit and cannot turn back as fast.
 
     Args:
         p_BT: position of T in B (3,) [m].
         params: how the base turns.
-        joint: the arm's first, which turns back; None where it turns on and on.
+        joint: the arm's first; None where it has no limits.
     """
     phi = atan2(p_BT[1], p_BT[0])
     if joint is None:
@@ -204,18 +204,18 @@ def field_heading(
 def field_velocity(
     p_BT: Any, params: VelocityField, reach: Reach, joint: FirstJoint | None = None
 ) -> tuple[Scalar, Scalar]:
-    """Returns v [m/s] and omega [rad/s] that the field asks for at `p_BT` (3,) [m].
+    """Returns v [m/s] and omega [rad/s] of the field at `p_BT` (3,) [m].
 
-    Projected, v is multiplied by cos(phi), so that the base neither leaves a hand that
-    is far nor closes in on one that is near, wherever it is (exact for a shoulder on
-    B's z axis). As printed, it would circle round a hand that it turns away from to
-    unwind the arm, and so turns on the spot until that is done.
+    Projected, v is multiplied by cos(phi): in whatever direction T is, the base does
+    not drive away from a far T or towards a near one (exact for a shoulder on B's z
+    axis). As printed, the base would circle about T while it unwinds the arm; so it
+    turns on the spot until that is done.
 
     Args:
         p_BT: position of T in B (3,) [m].
         params: of the field.
         reach: of the arm.
-        joint: the arm's first, where it cannot turn on and on.
+        joint: the arm's first; None where it has no limits.
     """
     phi, omega, _ = field_heading(p_BT, params, joint)
     v = linear_velocity(*signed_distances(p_BT, reach, params.b_d), params)
@@ -229,7 +229,7 @@ def field_velocity(
 def field_zone(
     p_BT: Any, params: VelocityField, reach: Reach, joint: FirstJoint | None = None
 ) -> Scalar:
-    """Returns the sum of the `Zone` flags that hold; of what `field_velocity` takes."""
+    """Returns the sum of the `Zone` flags that hold; arguments as `field_velocity`."""
     d_f, d_r = signed_distances(p_BT, reach, params.b_d)
     phi, _, share = field_heading(p_BT, params, joint)
     forward = where(d_f < params.Delta_f, float(Zone.FORWARD), 0.0)
@@ -248,7 +248,7 @@ def field_on(points: Any, params: VelocityField, reach: Reach) -> tuple[Any, Any
         reach: of the arm.
     """
     points = np.asarray(points, dtype=float)
-    # Python's own floats, which take half the time of numpy's.
+    # Python's floats take half the time of numpy's.
     rows = points.reshape(-1, 3).tolist()
     values = [
         (*field_velocity(p, params, reach), field_zone(p, params, reach)) for p in rows
@@ -259,7 +259,7 @@ def field_on(points: Any, params: VelocityField, reach: Reach) -> tuple[Any, Any
 
 @scalar_block
 class VelocityFieldController(LeafSystem):
-    """Drives the base by where the end effector is, and by nothing else.
+    """Drives the base by the position of T in the base's frame alone.
 
     .. pydrake_system::
 
@@ -274,11 +274,10 @@ class VelocityFieldController(LeafSystem):
     Args:
         params: of the field.
         reach: of the arm.
-        joint_limits: of the arm; None where it turns on and on about its shoulder.
+        joint_limits: of the arm; None where its first joint has none.
 
     Raises:
-        ParameterError: where a parameter is not valid, or the two zones leave nothing
-            between them.
+        ParameterError: where a parameter is not valid, or there is no passive zone.
     """
 
     def __init__(

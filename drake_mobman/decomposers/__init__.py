@@ -1,6 +1,6 @@
-"""Who moves, base or arm: one file a decomposer, and the laws they share.
+"""Decomposers split a command between base and arm: one file each, and shared laws.
 
-A dataclass imported here is in scenarios, on the command line and in the console.
+A dataclass imported here is available in scenarios, command line and console.
 """
 
 from typing import TYPE_CHECKING
@@ -18,5 +18,5 @@ if TYPE_CHECKING:
     Decomposer = DecomposerParams
 else:
     (Decomposer,) = unions_of(globals(), DecomposerParams)
-    # With one of them, the arm does the rest.
+    # A base controller is a decomposer too: the arm makes up the difference.
     Decomposer |= BaseController

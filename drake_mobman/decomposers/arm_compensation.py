@@ -1,7 +1,7 @@
-"""What the base does to the end effector, and what is left for the arm to do.
+"""The end effector's motion by the base, and the arm command that makes up for it.
 
-Exact, where the papers leave the end effector's sideways slip: with the shoulder at
-p_BS = (d, e) and v_s = v_b - omega_b e,
+It is exact; the papers leave out that the base also moves the end effector sideways.
+With the shoulder at p_BS = (d, e) and v_s = v_b - omega_b e,
 l_dot = v_c - v_s cos psi - omega_b d sin psi and
 psi_dot = omega_c + (v_s sin psi - omega_b (l + d cos psi)) / l.
 """
@@ -11,13 +11,13 @@ from pydrake.math import cos, sin
 from drake_mobman.scalars import Scalar, Vector, larger
 
 LEAST_REACH = 0.01
-"""Stands in for a shorter reach [m], where no rate of psi would do."""
+"""Used in place of a shorter reach [m], where no rate of psi is enough."""
 
 
 def base_induced_rates(
     at: Vector, v_b: Scalar, omega_b: Scalar, p_BS: Vector
 ) -> tuple[Scalar, Scalar]:
-    """Returns how the base moves an end effector that keeps still on it.
+    """Returns how the base moves an end effector that is at rest on it.
 
     Args:
         at: `ee_cylindrical` (3,).
@@ -26,8 +26,8 @@ def base_induced_rates(
         p_BS: shoulder in B (3,) [m].
 
     Returns:
-        Its velocity in W along the reach [m/s], and the rate at which its velocity
-        across the reach turns it about the shoulder [rad/s].
+        Its velocity in W along the reach [m/s]; and its velocity across the reach, as a
+        rate of turning about the shoulder [rad/s].
     """
     l, psi = at[0], at[1]
     d, e, _ = p_BS
@@ -40,12 +40,12 @@ def base_induced_rates(
 def arm_compensation(
     command: Vector, at: Vector, smoothed: Vector, p_BS: Vector
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Returns the `arm_command` that moves the end effector just as commanded.
+    """Returns the `arm_command` that moves the end effector exactly as commanded.
 
     Args:
         command: `ee_command`.
         at: `ee_cylindrical` (3,).
-        smoothed: `base_command_smoothed` (2,), what the base gets.
+        smoothed: `base_command_smoothed` (2,), which moves the base.
         p_BS: shoulder in B (3,) [m].
     """
     along, turning = base_induced_rates(at, smoothed[0], smoothed[1], p_BS)

@@ -1,4 +1,4 @@
-"""Authority blended about the workspace's limits (Kwon et al., eqs. 14-16)."""
+"""Authority blended near the workspace's limits (Kwon et al., eqs. 14-16)."""
 
 import dataclasses as dc
 
@@ -22,12 +22,12 @@ class Blending:
 
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
-    share: str = "tanh"  # As printed; or "smoothstep", which keeps the workspace.
+    share: str = "tanh"  # As printed; or "smoothstep", which keeps to the workspace.
     # How the base's speed follows from its contribution.
     projection: Projection = dc.field(default_factory=Projection)
 
     def check(self) -> None:
-        """Raises `ParameterError` unless both are in range, and the share is one."""
+        """Raises `ParameterError` unless both are in range and the share law exists."""
         within(self, SHARPNESS_L, "alpha")
         within(self, SHARPNESS_PSI, "beta")
         one_of(self, "share", tuple(SHARES))

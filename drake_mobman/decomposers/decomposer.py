@@ -1,4 +1,4 @@
-"""The decomposer's ports, and what decomposers have in common."""
+"""A decomposer's ports, and what decomposers have in common."""
 
 from typing import Any, Protocol
 
@@ -23,11 +23,11 @@ def declare_decomposer_ports(
     calc_arm: Any,
     calc_status: Any = None,
 ) -> None:
-    """Declares the ports that every decomposer has, so that one swaps for another.
+    """Declares the ports that every decomposer has, so that one can replace another.
 
-    What the base does may not depend on `base_command_smoothed`: the outputs'
-    prerequisites say so, and the loop through smoother and decomposer is no algebraic
-    one. One that can fall short of its command has `decomposer_status` besides.
+    `base_command` may not depend on `base_command_smoothed`: the outputs' prerequisites
+    state that, so the loop through the smoother is not an algebraic one. A decomposer
+    that can fall short of its command also has `decomposer_status`.
     """
     block.command = block.DeclareVectorInputPort(signals.EE_COMMAND, 3)
     block.ee_cylindrical = block.DeclareVectorInputPort(signals.EE_CYLINDRICAL, 3)
@@ -35,8 +35,8 @@ def declare_decomposer_ports(
     block.base_command_smoothed = block.DeclareVectorInputPort(
         signals.BASE_COMMAND_SMOOTHED, 2
     )
-    told = block.command, block.ee_cylindrical, block.arm_position
-    state = tickets(block, *told) | {block.xd_ticket()}
+    inputs = block.command, block.ee_cylindrical, block.arm_position
+    state = tickets(block, *inputs) | {block.xd_ticket()}
     smoothed = tickets(block, block.base_command_smoothed)
     block.base_command = block.DeclareVectorOutputPort(
         signals.BASE_COMMAND, 2, calc_base, prerequisites_of_calc=state
@@ -57,7 +57,7 @@ def declare_decomposer_ports(
 
 
 class DecomposerParams(Protocol):
-    """Parameters of what splits the end effector's command between base and arm."""
+    """Parameters of a block that splits the command between base and arm."""
 
     def build(self, setup: RobotSetup) -> Any:
         """Returns the block, with the ports that every decomposer has.
@@ -87,9 +87,9 @@ class ShareParams(Protocol):
 class ShareDecomposer(LeafSystem):
     """Splits the end effector's command between base and arm, by shares.
 
-    The base gets its share of `v_c`, taken as a projection on the reach, and of
-    `omega_c`; the arm gets what is left of each, and all of `v_z` (Kwon, eq. 16 with
-    base and arm as in Algorithm 1).
+    The base gets its share of `v_c`, as a projection on the reach, and of `omega_c`;
+    the arm gets the rest of each, and all of `v_z` (Kwon, eq. 16 with base and arm as
+    in Algorithm 1).
 
     .. pydrake_system::
 
@@ -99,7 +99,7 @@ class ShareDecomposer(LeafSystem):
 
     Args:
         params: of the law.
-        workspace: that the arm is to keep; Kwon's unless given.
+        workspace: limits for the arm; Kwon's unless given.
         num_joints: of the arm.
 
     Raises:
@@ -146,9 +146,9 @@ class ShareDecomposer(LeafSystem):
 
 
 class CompensatedDecomposer(LeafSystem):
-    """Chooses the base's motion first; the arm makes up for it exactly.
+    """Chooses the base's motion first; the arm compensates for it exactly.
 
-    A subclass has `arm`, and says what the base does and what is left for the arm.
+    A subclass has `arm`, and defines `base`, `compensation` and `status`.
     """
 
     arm: ArmKinematics

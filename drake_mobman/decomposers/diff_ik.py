@@ -1,14 +1,14 @@
-"""Base and arm told at once by Drake's own differential inverse kinematics.
+"""Base and arm commanded together by Drake's differential inverse kinematics.
 
 maximize    100 alpha - |P (u - N^+ K (q_nominal - q))|^2
 subject to  J u = alpha V,  0 <= alpha <= 1,
             q_min <= q + N u dt <= q_max,  u_min <= u <= u_max,
 
-u = [v_b, omega_b, q_dot_arm], P a basis of J's null space: the hand keeps its direction
-and is as fast as the limits let it be, and what is left of u brings the arm back to its
-posture. N(q) maps u to the rates of x, y, theta and the joints: with it, the base rolls
-and does not slide. It is Drake's `DoDifferentialInverseKinematics`, with the robot seen
-from B: where the base stands makes no difference.
+u = [v_b, omega_b, q_dot_arm], P a basis of J's null space: the end effector keeps its
+direction and is as fast as the limits allow, and the null space brings the arm back to
+its posture. N(q) maps u to the rates of x, y, theta and the joints: with it, the base
+rolls and does not slide. It is Drake's `DoDifferentialInverseKinematics`, in the frame
+B: the pose of the base makes no difference.
 """
 
 import dataclasses as dc
@@ -25,7 +25,7 @@ from pydrake.solvers import OsqpSolver
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import JointLimits, braking_rate
-from drake_mobman.arm.orientation import orientation_error
+from drake_mobman.arm.orientation import orientation_error, rotation_about_z
 from drake_mobman.decomposers.optimization import BASE_RATES, OptimizationDecomposer
 from drake_mobman.parameters import (
     ACCELERATION,
@@ -43,31 +43,31 @@ from drake_mobman.robot_model.base_limits import check_base
 from drake_mobman.scalars import larger, smaller
 
 _LEVEL_JOINTS = 6
-"""Joints that it takes to place the hand and to keep it level; with fewer, the hand
-moves in the plane."""
+"""Joints needed to place the end effector and keep it level; with fewer, it moves in
+the plane."""
 
 _UNITS = (0.2, 0.1)
-"""Of all rates in Drake's program [m/s] and [rad/s], tried one after the other.
+"""Units of all rates in Drake's program [m/s] and [rad/s], tried in this order.
 
-In units of 1, alpha all but hides the rest of the cost: OSQP takes five times as long
-and gives up on many a program that has a solution. In either of these it does so on one
-in a hundred, and not on the same. Smaller ones would cost the hand speed.
+In units of 1, alpha dominates the cost: OSQP takes five times as long, and finds no
+solution of many programs that have one. In either of these units it fails on one in a
+hundred, but not on the same ones. Smaller units would make the end effector slower.
 """
 
 
 @dc.dataclass
 class DiffIk:
-    """Limits of the base, and how arm and hand come back to the posture."""
+    """Limits of the base, and how the arm comes back to its posture."""
 
     max_speed: float = 0.5  # Of the base, forward and back [m/s].
     max_yaw_rate: float = 1.0  # Of the base [rad/s].
     max_acceleration: float = 1.0  # Of the base [m/s^2].
     max_yaw_acceleration: float = 2.0  # Of the base [rad/s^2].
-    # The base goes where this wants the hand to be from it, also under a still hand.
+    # It also moves the base while the end effector is at rest.
     centering: float = 1.0  # K: joint rates per distance from the posture [1/s].
-    level_gain: float = 1.0  # Turning rate of the hand per tilt [1/s].
-    # By default as long as the base takes at its largest acceleration.
-    stop_time: float = 0.5  # Time to bring the largest rates to rest, unsolved [s].
+    level_gain: float = 1.0  # Turning rate per orientation error [1/s].
+    # By default as long as the base needs at its largest acceleration.
+    stop_time: float = 0.5  # Time to stop from the largest rates, if unsolved [s].
     tolerance: float = 1e-8  # Of the solver, absolute and relative.
 
     def check(self) -> None:
@@ -84,7 +84,7 @@ class DiffIk:
         """Returns the block for a robot.
 
         Raises:
-            ParameterError: where the base is to do more than it can.
+            ParameterError: where a limit is above what the base can do.
         """
         check_base(self, setup.model.base_limits)
         return DiffIkDecomposer(self, setup)
@@ -94,9 +94,9 @@ class DiffIk:
 
 
 def nonholonomic_map(theta: float, joints: int) -> Any:
-    """Returns N(q) (3 + n, 2 + n): the rates of all positions by u.
+    """Returns N(q) (3 + n, 2 + n), which maps u to the rates of all positions.
 
-    x' = v_b cos(theta), y' = v_b sin(theta), theta' = omega_b, and each joint its own.
+    x' = v_b cos(theta), y' = v_b sin(theta), theta' = omega_b; joint rates unchanged.
 
     Args:
         theta: heading of the base [rad].
@@ -113,9 +113,9 @@ def rates_within_reach(
 ) -> tuple[Any, Any]:
     """Returns the smallest and the largest rates (2 + n,) after rates `last`.
 
-    They are within the largest rates, and within reach by the accelerations. A joint
-    nears the end of its range no faster than it can brake, or else Drake's limit on
-    positions would in time leave no rate at all.
+    They are within the largest rates, and can be reached by the accelerations. A joint
+    approaches its limit no faster than it can brake; else Drake's limit on positions
+    would leave no rate at all after some time.
 
     Args:
         last: rates of the period before, each within `largest` (2 + n,).
@@ -128,7 +128,7 @@ def rates_within_reach(
     lowest, highest = -largest, largest.copy()
     joints = zip(q, limits.lower, limits.upper, accelerations[BASE_RATES:], strict=True)
     for i, (angle, low, high, most) in enumerate(joints, start=BASE_RATES):
-        # As slow as is called for, but no slower than can be had.
+        # As slow as needed, but no slower than the acceleration allows.
         towards_high = larger(braking_rate(high - angle, most, dt), last[i] - most * dt)
         towards_low = larger(braking_rate(angle - low, most, dt), -last[i] - most * dt)
         highest[i] = smaller(highest[i], towards_high)
@@ -138,14 +138,13 @@ def rates_within_reach(
 
 
 class EndEffectorModel:
-    """The hand's motion by u, seen from B, asked of the robot's `MultibodyPlant`.
+    """The end effector's motion by u in B, from the robot's `MultibodyPlant`.
 
-    The model is asked in a context of its own that each call overwrites: one object is
-    not for two threads.
+    Each call overwrites its context: do not share one object between threads.
     """
 
     def __init__(self, plant: Any, joints: int) -> None:
-        """Takes a finished plant of x, y, theta and the arm's `joints`."""
+        """Takes a finalized plant of x, y, theta and the arm's `joints`."""
         self._plant = plant
         self._context = plant.CreateDefaultContext()
         self._q = np.zeros(BASE_JOINTS + joints)
@@ -155,7 +154,7 @@ class EndEffectorModel:
     def pose_and_jacobian(self, q: Any) -> tuple[Any, Any]:
         """Returns R_BE (3, 3) and the Jacobian (6, 2 + n) of V_WE in B by u.
 
-        The base is at W's origin, and so W's axes are B's.
+        The base is at W's origin, so W's axes are B's.
 
         Args:
             q: joint angles (n,) [rad].
@@ -176,14 +175,14 @@ class EndEffectorModel:
 class DiffIkDecomposer(OptimizationDecomposer):
     """Splits the command by Drake's program; ports as every `OptimizationDecomposer`.
 
-    For every robot. The hand moves in the plane, or where the arm has six joints or
-    more, in space: it is then kept level, as it is at the posture, and turns with the
-    reach. The posture is the arm's own, or for an arm in closed form, the hand at half
-    the reach straight ahead.
+    For every robot. The end effector moves in the plane; where the arm has six joints
+    or more, in space: then it is kept level, as at the posture, and turns with the
+    reach. The posture is the arm's own; an arm in closed form has the end effector at
+    half the reach straight ahead.
 
-    A jump of the command can be more than the accelerations allow, as the hand is not
-    to turn out of its direction on the way: there is no solution then, until the stop
-    has made the rates small enough.
+    A jump of the command can be more than the accelerations allow, as the end effector
+    keeps its direction: then there is no solution until braking has made the rates
+    small enough.
 
     Args:
         params: limits of the base and gains; the joints' limits are the model's.
@@ -210,9 +209,9 @@ class DiffIkDecomposer(OptimizationDecomposer):
             posture = arm.posture
         else:
             posture = np.array(arm.inverse((0.5 * setup.reach.r_f, 0.0, 0.0)))
-        self.hand = EndEffectorModel(setup.model.plant, arm.num_joints)
-        R_BE, _ = self.hand.pose_and_jacobian(posture)
-        self._R_level = _turned(-arm.ee_cylindrical(posture)[1]) @ R_BE
+        self.end_effector = EndEffectorModel(setup.model.plant, arm.num_joints)
+        R_BE, _ = self.end_effector.pose_and_jacobian(posture)
+        self._R_level = rotation_about_z(-arm.ee_cylindrical(posture)[1]) @ R_BE
         # Rotation and translation; or translation in the plane.
         self._rows = slice(0, 6) if arm.num_joints >= _LEVEL_JOINTS else slice(3, 5)
         self._N = np.asfortranarray(nonholonomic_map(0.0, arm.num_joints))
@@ -222,13 +221,13 @@ class DiffIkDecomposer(OptimizationDecomposer):
         ]
 
     def rates(self, command: Any, at: Any, q: Any, last: Any) -> tuple[Any, Any] | None:
-        """Returns Drake's solution and how it moves the hand on the base, or None."""
+        """Returns Drake's solution and the velocity on the base, or None."""
         V, J = self.task(command, at, q)
-        # What is not finite would end the process.
+        # A value that is not finite would end the process.
         if not np.isfinite(V).all():
             return None
-        # Drake's own limit on accelerations takes as many as there are positions, and
-        # so none of u: it goes into the limits on rates, where it is the same.
+        # Drake's own limit on accelerations has the size of the positions, not of u. As
+        # limits on rates it is the same.
         lowest, highest = rates_within_reach(
             last, q, self.largest, self.accelerations, self.limits, self.period
         )
@@ -248,19 +247,19 @@ class DiffIkDecomposer(OptimizationDecomposer):
             if found is not None:
                 u = unit * found
                 by_arm = J[3:, BASE_RATES:] @ u[BASE_RATES:]
-                return u, _turned(-at[1]) @ by_arm
+                return u, rotation_about_z(-at[1]) @ by_arm
         return None
 
     def task(self, command: Any, at: Any, q: Any) -> tuple[Any, Any]:
-        """Returns the V_WE (6,) that the hand is to have, and its Jacobian (6, 2 + n).
+        """Returns the desired V_WE (6,), and its Jacobian by u (6, 2 + n).
 
-        Both in B's axes, rotational rows first; that Jacobian is by u. A hand that is
-        not level is to turn back besides.
+        Both in B's axes, rotational rows first. The desired V_WE also turns the end
+        effector back to level.
         """
         l, psi, _ = at
         v_c, omega_c, v_z = command
-        R_BE, J = self.hand.pose_and_jacobian(q)
-        R_reach = _turned(psi)
+        R_BE, J = self.end_effector.pose_and_jacobian(q)
+        R_reach = rotation_about_z(psi)
         w = self.params.level_gain * orientation_error(R_BE, R_reach @ self._R_level)
         w[2] += omega_c
         return np.concatenate([w, R_reach @ (v_c, l * omega_c, v_z)]), J
@@ -269,7 +268,7 @@ class DiffIkDecomposer(OptimizationDecomposer):
 def _parameters(
     params: DiffIk, posture: Any, limits: JointLimits, period: float, unit: float
 ) -> DifferentialInverseKinematicsParameters:
-    """Returns Drake's parameters, but for the limits on rates, in a unit of rates."""
+    """Returns Drake's parameters in a unit of rates, without the limits on rates."""
     n = len(posture)
     made = DifferentialInverseKinematicsParameters(BASE_JOINTS + n, BASE_RATES + n)
     made.set_time_step(unit * period)
@@ -288,13 +287,7 @@ def _parameters(
     for name, value in (
         ("eps_abs", params.tolerance),
         ("eps_rel", params.tolerance),
-        ("polishing", 0),  # It prints a line where no limit is active.
+        ("polishing", 0),  # Polishing prints a line where no limit is active.
     ):
         options.SetOption(OsqpSolver.id(), name, value)
     return made
-
-
-def _turned(psi: float) -> Any:
-    """Returns the matrix (3, 3) of a rotation by `psi` about z."""
-    c, s = math.cos(psi), math.sin(psi)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -1,7 +1,7 @@
-"""The end effector does exactly as commanded, whatever the base does.
+"""The end effector moves exactly as commanded, however the base moves.
 
-Ours. The base gets its share and is turned towards the end effector; the arm gets
-exactly the rest. Where a limit binds, end effector and base slow down together.
+Our own law. The base gets its share and turns towards the end effector; the arm gets
+exactly the rest. Where a limit is active, end effector and base slow down together.
 """
 
 import dataclasses as dc
@@ -51,28 +51,28 @@ from drake_mobman.scalars import (
 )
 
 _WHOLE = math.cos(math.pi / 3)
-"""|cos psi| from which the base carries its share whole."""
+"""|cos psi| from which the base makes its full share."""
 
 _TINY = 1e-9
-"""Stands for |cos psi| at a right angle, where the base carries nothing."""
+"""Used for |cos psi| at a right angle, where the base contributes nothing."""
 
 
 @dc.dataclass
 class Exact:
     """How authority is shared, and how the base is turned towards the end effector."""
 
-    share: str = "smoothstep"  # Keeps the workspace; or "tanh", the paper's.
+    share: str = "smoothstep"  # Keeps to the workspace; or "tanh", the paper's.
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
-    # Without, psi runs away to a right angle while the base drives.
-    K_omega: float = 0.8  # Yaw rate towards it at phi_max and beyond [rad/s].
+    # At 0, psi would grow to a right angle while the base drives.
+    K_omega: float = 0.8  # Yaw rate towards E at phi_max and beyond [rad/s].
     phi_min: float = 0.2  # |psi| from which the base turns [rad].
     phi_max: float = 0.7  # |psi| from which it turns at K_omega [rad].
-    # Slower, the base turns less in proportion: at rest, it rests.
-    turning_speed: float = 0.05  # Of E, from which the base turns fully [m/s].
+    # For a slower E the base turns in proportion, and not at all for an E at rest.
+    turning_speed: float = 0.05  # Speed of E from which the base turns fully [m/s].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless gains, angles and the share make a law."""
+        """Raises `ParameterError` unless all are in range, and the share law exists."""
         one_of(self, "share", tuple(SHARES))
         within(self, SHARPNESS_L, "alpha")
         within(self, SHARPNESS_PSI, "beta")
@@ -84,7 +84,7 @@ class Exact:
     def shares(
         self, limits: WorkspaceLimits, command: Vector, at: Vector
     ) -> tuple[Scalar, Scalar]:
-        """Returns the base's shares of rates of l and psi that nothing else makes."""
+        """Returns the base's shares of `v_c` and `omega_c`."""
         return authority_shares(self, limits, command, at)
 
     def build(self, setup: RobotSetup) -> "ExactDecomposer":
@@ -107,13 +107,13 @@ def exact_base(
     p_BS: Vector,
     joint: FirstJoint | None = None,
 ) -> tuple[Scalar, Scalar]:
-    """Returns v_b [m/s] and omega_b [rad/s] that the whole command wants of the base.
+    """Returns v_b [m/s] and omega_b [rad/s] for the whole command, without limits.
 
-    omega_b is the base's share of omega_c, and the field's rate of turning towards the
-    end effector (Petric & Zlajpah, eqs. 5 and 6). With v_c less what that makes of the
-    reach, v_b is the base's share of it along the reach, which it carries whole as far
-    as 60 degrees aside, and nothing of at a right angle. So at a limit of l the base
-    alone carries the end effector.
+    omega_b is the base's share of omega_c, plus the field's rate of turning towards the
+    end effector (Petric & Zlajpah, eqs. 5 and 6). v_c less the effect of omega_b on the
+    reach is left; v_b makes the base's share of it along the reach: all of the share up
+    to 60 degrees aside, and none at a right angle. So at a limit of l the base alone
+    moves the end effector.
 
     Args:
         command: `ee_command` (3,).
@@ -121,8 +121,8 @@ def exact_base(
         params: of the law.
         limits: of the workspace.
         p_BS: shoulder in B (3,) [m].
-        joint: the arm's first, which turns back by as much as the base turns towards
-            the end effector; None where it turns on and on.
+        joint: the arm's first, which turns back as far as the base turns towards the
+            end effector; None where it has no limits.
     """
     v_c, omega_c, _ = command
     l, psi, _ = at
@@ -159,7 +159,7 @@ def exact_base_command(
     limits: WorkspaceLimits,
     limiter: Limiter,
 ) -> BaseCommand:
-    """Returns what the base is to do, as far as it and the joints keep up for good.
+    """Returns the base command that base and joints can keep up permanently.
 
     Args:
         command: `ee_command` (3,).
@@ -171,8 +171,8 @@ def exact_base_command(
     """
     p_BS, joint = limiter.arm.p_BS, first_joint(q, limiter.joint_limits)
     v_b, omega_b = exact_base(command, at, params, limits, p_BS, joint)
-    rest = arm_compensation(command, at, (v_b, omega_b), p_BS)
-    factors = limiter.steady_scaling(q, rest, v_b, omega_b)
+    arm = arm_compensation(command, at, (v_b, omega_b), p_BS)
+    factors = limiter.steady_scaling(q, arm, v_b, omega_b)
     scale = least(factors, q)
     return BaseCommand((scale * v_b, scale * omega_b), factors, scale)
 
@@ -185,14 +185,14 @@ def exact_arm_command(
     base: BaseCommand,
     limiter: Limiter,
 ) -> tuple[Vector, Scalar]:
-    """Returns the `arm_command` that is left by the base as it moves, and the status.
+    """Returns the `arm_command` that compensates for the base, and the status.
 
     Args:
         command: `ee_command` (3,).
         at: `ee_cylindrical` (3,).
         q: joint angles (n,) [rad].
         smoothed: `base_command_smoothed` (2,).
-        base: what the base was to do.
+        base: the raw base command, and the scaling.
         limiter: of base and joints.
     """
     scale, present = base.scale, Factors()
@@ -200,14 +200,14 @@ def exact_arm_command(
         present = limiter.present_scaling(q, at, command, smoothed)
         scale = smallest(scale, *present.values(), made_of=(scale,))
     scaled = [scale * c for c in command]
-    rest = arm_compensation(scaled, at, smoothed, limiter.arm.p_BS)
+    arm = arm_compensation(scaled, at, smoothed, limiter.arm.p_BS)
     at_axis = where(at[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
-    return rest, status(base.factors, present) + at_axis
+    return arm, status(base.factors, present) + at_axis
 
 
 @scalar_block
 class ExactDecomposer(CompensatedDecomposer):
-    """Gives the end effector exactly its command, or as much as the limits leave.
+    """Moves the end effector exactly as commanded, as far as the limits allow.
 
     .. pydrake_system::
 
@@ -215,15 +215,15 @@ class ExactDecomposer(CompensatedDecomposer):
         input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
-    The arm makes up for what the base is sent, not for what it was to do: so smoothing
-    costs the end effector nothing.
+    The arm compensates for the smoothed base command, not for the raw one: so smoothing
+    does not disturb the end effector.
 
     Args:
         params: of the law.
-        workspace: that the arm is to keep.
+        workspace: limits for the arm.
         arm: its kinematics.
         joint_limits: of the arm.
-        base_limits: of the base as it is used, after its smoother.
+        base_limits: of the smoothed base command.
         period: control period [s].
 
     Raises:
@@ -274,7 +274,7 @@ class ExactDecomposer(CompensatedDecomposer):
     def law_without_limits(
         self, command: Vector, at: Vector, _q: Vector, smoothed: Vector
     ) -> tuple[Scalar, ...]:
-        """Returns the same where no limit binds, which is quicker."""
+        """Returns the same where no limit is active, which is faster."""
         p_BS = self.arm.p_BS
         base = exact_base(command, at, self.params, self.workspace, p_BS)
         return *base, *arm_compensation(command, at, smoothed, p_BS)
@@ -289,7 +289,7 @@ class ExactDecomposer(CompensatedDecomposer):
         return exact_arm_command(*self._inputs(context), smoothed, base, self.limiter)
 
     def _inputs(self, context: Any) -> tuple[Vector, Vector, Vector]:
-        # Python's own floats, which take half the time of numpy's.
+        # Python's floats take half the time of numpy's.
         return (
             self.command.Eval(context).tolist(),
             self.ee_cylindrical.Eval(context).tolist(),

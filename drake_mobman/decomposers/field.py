@@ -1,7 +1,7 @@
-"""Tele-operation by a base controller: the base follows, the arm does the rest.
+"""Teleoperation by a base controller: the base follows, the arm compensates.
 
-Petric & Zlajpah, eqs. 1-6, for the base; a controller that needs the arm's joint angles
-alone works under tele-operation too.
+Petric & Zlajpah, eqs. 1-6, for the base: a controller that needs only the arm's joint
+angles also works in teleoperation.
 """
 
 from typing import Any
@@ -22,7 +22,7 @@ from drake_mobman.robot_model import Reach, RobotSetup
 from drake_mobman.scalars import Scalar, Vector, where
 
 
-def followed_base(
+def limited_base_command(
     q: Vector,
     params: BaseController,
     reach: Reach,
@@ -31,14 +31,14 @@ def followed_base(
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Returns v_b [m/s] and omega_b [rad/s] of the base, and the status.
 
-    What the base controller wants, as far as the arm can give way to it.
+    It is the base controller's command, as far as the arm can compensate for it.
 
     Args:
         q: joint angles (n,) [rad].
         params: of the base controller.
         reach: of the arm.
-        arm: whose joints these are.
-        limiter: of its joints; None for joints without ends.
+        arm: its kinematics.
+        limiter: of its joints; None for joints without limits.
     """
     p_BT = arm.p_BT(q)
     if limiter is None:
@@ -46,7 +46,7 @@ def followed_base(
         return v_b, omega_b, 0.0 * q[0]
     joint = first_joint(q, limiter.joint_limits)
     v, omega, held = params.command(p_BT, reach, joint)
-    v_b, omega_b, share = limiter.given_way(q, v, omega)
+    v_b, omega_b, share = limiter.base_scaling(q, v, omega)
     flag = float(DecomposerStatus.BASE_HELD)
     status = where(share < 1, flag, where(held > 0, flag, 0.0 * q[0]))
     return v_b, omega_b, status
@@ -54,7 +54,7 @@ def followed_base(
 
 @scalar_block
 class FieldDecomposer(CompensatedDecomposer):
-    """Drives the base by a base controller, and gives the arm exactly the rest.
+    """Drives the base by a base controller; the arm compensates for it exactly.
 
     .. pydrake_system::
 
@@ -66,7 +66,7 @@ class FieldDecomposer(CompensatedDecomposer):
         params: of the base controller.
         reach: of the arm.
         arm: its kinematics.
-        limiter: of its joints; None for joints without ends.
+        limiter: of its joints; None for joints without limits.
 
     Raises:
         ParameterError: as the base controller's own block.
@@ -83,24 +83,29 @@ class FieldDecomposer(CompensatedDecomposer):
         self.arm, self.limiter = arm, limiter
         params.check_reach(reach)
         self.declare_ports()
-        self._followed = cached(
-            self, self._calc_followed, tickets(self, self.arm_position)
+        self._base = cached(
+            self, self._calc_base_command, tickets(self, self.arm_position)
         )
 
     def law(
         self, command: Vector, at: Vector, q: Vector, smoothed: Vector
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
-        base = followed_base(q, self.params, self.reach, self.arm, self.limiter)[:2]
+        base, _ = self._base_and_status(q)
         return *base, *arm_compensation(command, at, smoothed, self.arm.p_BS)
 
-    def _calc_followed(self, context: Any) -> tuple[Scalar, Scalar, Scalar]:
-        q = self.arm_position.Eval(context).tolist()
-        return followed_base(q, self.params, self.reach, self.arm, self.limiter)
+    def _calc_base_command(self, context: Any) -> tuple[tuple[Scalar, Scalar], Scalar]:
+        return self._base_and_status(self.arm_position.Eval(context).tolist())
+
+    def _base_and_status(self, q: Vector) -> tuple[tuple[Scalar, Scalar], Scalar]:
+        v_b, omega_b, status = limited_base_command(
+            q, self.params, self.reach, self.arm, self.limiter
+        )
+        return (v_b, omega_b), status
 
     def base(self, context: Any) -> tuple[Scalar, Scalar]:
         """Returns the `base_command`."""
-        return self._followed(context)[:2]
+        return self._base(context)[0]
 
     def compensation(self, context: Any) -> Vector:
         """Returns the `arm_command`."""
@@ -113,14 +118,14 @@ class FieldDecomposer(CompensatedDecomposer):
 
     def status(self, context: Any) -> Scalar:
         """Returns the sum of the `DecomposerStatus` flags that hold."""
-        return self._followed(context)[2]
+        return self._base(context)[1]
 
 
 FieldDecomposer_ = FieldDecomposer.template
 
 
 def build_decomposer(params: DecomposerParams, setup: RobotSetup) -> Any:
-    """Returns the block of a decomposer; with a base controller, the arm does the rest.
+    """Returns the block of a decomposer, or of a base controller used as one.
 
     Raises:
         ParameterError: where a parameter is not valid for the robot.

@@ -1,6 +1,6 @@
-"""How much of the command the limits leave: one factor for hand and base.
+"""How much of the command the limits allow: one factor for end effector and base.
 
-Scaled together, the hand slows down in its direction instead of turning out of it.
+Scaled together, the end effector slows down and keeps its direction.
 """
 
 import dataclasses as dc
@@ -27,34 +27,31 @@ from drake_mobman.scalars import (
 )
 
 _RESERVE = 0.98
-"""How much of a joint's limits is used, that the arm's inverse, which goes by positions
-and not by rates, need not cut what is left to the arm."""
+"""Share of a joint's limits that is used. The arm's inverse works with positions, not
+rates; with this reserve it need not cut the arm's command."""
 
 _LEAST_STOP = 0.2
-"""Least time in which a hand is slowed down to rest at the end of a joint's range [s],
-as an elbow that is stretched turns ever faster for a hand that goes on."""
+"""Least time in which the end effector is stopped at the end of a joint's range [s]: an
+elbow near full stretch turns ever faster at a constant speed of the end effector."""
 
 _SLIGHT = 1e-9
-"""Rate of a joint that no limit is held against [rad/s]: rounding must not lock it."""
+"""Rate of a joint that no limit stops [rad/s]: rounding must not lock a joint."""
 
 _TINY = 1e-15
-"""Stands for no rate, or no room at all, so that nothing is divided by zero."""
+"""Used in place of zero, so that nothing is divided by zero."""
 
 
 Factors = dict[DecomposerStatus, Scalar]
-"""What each kind of limit leaves of the command, in [0, 1]."""
+"""The factor in [0, 1] by which each kind of limit scales the command."""
 
 
 def least(factors: Factors, q: Any) -> Scalar:
-    """Returns what all limits leave of the command; NaN where `q` is not all numbers.
-
-    Where a command is none, it is none however little is left of it.
-    """
+    """Returns the smallest factor; NaN where an angle in `q` (n,) is NaN."""
     return smallest(*factors.values(), 1.0, made_of=tuple(q))
 
 
 def status(*several: Factors) -> Scalar:
-    """Returns the sum of the flags of those that bind in any of several."""
+    """Returns the sum of the flags of limits that are active in any of several."""
     flags = {flag: 0.0 for factors in several for flag in factors}
     for factors in several:
         for flag, s in factors.items():
@@ -62,34 +59,34 @@ def status(*several: Factors) -> Scalar:
     return functools.reduce(operator.add, flags.values())
 
 
-def factor_within(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
-    """Returns the largest s in [0, 1] that keeps s wanted - carried within a bound.
+def factor_within(rate: Scalar, induced: Scalar, bound: Scalar) -> Scalar:
+    """Returns the largest s in [0, 1] that keeps s rate - induced within a bound.
 
-    On the side that `wanted` leads to; 0 where no s does.
+    The bound is on the side of the sign of `rate`; 0 where no s is small enough.
 
     Args:
-        wanted: rate of a coordinate that the whole command takes.
-        carried: what the base's motion takes of it off.
-        bound: largest rate to that side; may be infinite.
+        rate: of a coordinate, for the whole command.
+        induced: the part of that rate that the base's motion makes.
+        bound: largest magnitude; may be infinite.
     """
-    return factor_by(excess(wanted, carried, bound))
+    return factor_by(excess(rate, induced, bound))
 
 
-def excess(wanted: Scalar, carried: Scalar, bound: Scalar) -> Scalar:
-    """Returns how many times too large `wanted` is there; 0 for an infinite bound."""
-    room = larger(bound + where(wanted > 0, carried, -carried), _TINY)
-    return abs(wanted) / room
+def excess(rate: Scalar, induced: Scalar, bound: Scalar) -> Scalar:
+    """Returns how many times too large `rate` is there; 0 for an infinite bound."""
+    room = larger(bound + where(rate > 0, induced, -induced), _TINY)
+    return abs(rate) / room
 
 
 def factor_by(*excesses: Scalar) -> Scalar:
     """Returns the largest factor in [0, 1] that undoes each excess.
 
-    In Expressions NaN is not told before `least`.
+    For Expressions, only `least` checks for NaN.
     """
     return 1.0 / largest(1.0, *excesses, made_of=())
 
 
-def _by_joints(by_rate: Iterable[Scalar], by_limit: Iterable[Scalar]) -> Factors:
+def _joint_factors(by_rate: Iterable[Scalar], by_limit: Iterable[Scalar]) -> Factors:
     return {
         DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
         DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
@@ -98,16 +95,16 @@ def _by_joints(by_rate: Iterable[Scalar], by_limit: Iterable[Scalar]) -> Factors
 
 @dc.dataclass(frozen=True)
 class Limiter:
-    """The limits of a robot, and of the workspace that its arm is to keep."""
+    """The limits of a robot and of its arm's workspace."""
 
     arm: ArmKinematics
     joint_limits: JointLimits
     base_limits: BaseLimits
-    workspace: WorkspaceLimits | None  # None where it may be left.
+    workspace: WorkspaceLimits | None  # None where they may be exceeded.
     period: float  # For which a command is held [s].
 
     def __post_init__(self) -> None:
-        """Takes the limits as Python's own floats, which take half numpy's time."""
+        """Converts limits to Python's floats, which take half the time of numpy's."""
         limits = (
             getattr(self.joint_limits, each.name)
             for each in dc.fields(self.joint_limits)
@@ -116,16 +113,16 @@ class Limiter:
         object.__setattr__(self, "joint_limits", plain)
 
     def steady_scaling(
-        self, q: Any, rest: Any, v_b: Scalar, omega_b: Scalar
+        self, q: Any, arm_command: Any, v_b: Scalar, omega_b: Scalar
     ) -> Factors:
-        """Returns what the limits leave of a command that the base keeps up with.
+        """Returns the factors once the base moves as commanded.
 
         A joint comes to rest at the end of its range in the time that the base takes
-        to stop, so that both can.
+        to stop, so that both stop together.
 
         Args:
             q: joint angles (n,) [rad].
-            rest: rates of `workspace` that are left to the arm.
+            arm_command: rates of `ee_cylindrical` (3,) that the arm is to make.
             v_b: speed of the base [m/s].
             omega_b: its yaw rate [rad/s].
         """
@@ -140,10 +137,11 @@ class Limiter:
             return by_rate, self._towards_ends(q, rates)
 
         factors = {DecomposerStatus.BASE_RATE: factor_by(*by_base)}
-        return factors | self._placed(q, self.arm.undamped_rates(q, rest), excesses)
+        rates = self.arm.undamped_rates(q, arm_command)
+        return factors | self._arm_factors(q, rates, excesses)
 
     def present_scaling(self, q: Any, at: Any, command: Any, smoothed: Any) -> Factors:
-        """Returns what the limits leave of a command while the base moves as sent.
+        """Returns the factors at the base's present velocity.
 
         Args:
             q: joint angles (n,) [rad].
@@ -152,33 +150,34 @@ class Limiter:
             smoothed: `base_command_smoothed` (2,).
         """
         along, turning = base_induced_rates(at, smoothed[0], smoothed[1], self.arm.p_BS)
-        carried = along, turning, 0.0
+        induced = along, turning, 0.0
 
-        def excesses(rates: Any, taken: Any) -> tuple[list[Scalar], list[Scalar]]:
+        def excesses(rates: Any, by_base: Any) -> tuple[list[Scalar], list[Scalar]]:
             by_rate, by_limit = [], []
-            for i, (wanted, off) in enumerate(zip(rates, taken, strict=True)):
+            for i, (rate, part) in enumerate(zip(rates, by_base, strict=True)):
                 fastest = _RESERVE * self.joint_limits.velocity[i]
-                by_rate.append(excess(wanted, off, fastest))
-                towards_end = self._towards_end(self._room(q, i, wanted), i)
-                by_limit.append(excess(wanted, off, towards_end))
+                by_rate.append(excess(rate, part, fastest))
+                towards_end = self._towards_end(self._room(q, i, rate), i)
+                by_limit.append(excess(rate, part, towards_end))
             return by_rate, by_limit
 
-        rates = self.arm.undamped_rates(q, command, carried)
-        factors = self._placed(q, rates, excesses)
+        rates = self.arm.undamped_rates(q, command, induced)
+        factors = self._arm_factors(q, rates, excesses)
         if self.workspace is not None:
-            by_edge = self._by_edges(self.workspace, at, command, carried)
+            by_edge = self._by_edges(self.workspace, at, command, induced)
             factors[DecomposerStatus.WORKSPACE] = factor_by(*by_edge)
         return factors
 
-    def given_way(
+    def base_scaling(
         self, q: Any, v_b: Scalar, omega_b: Scalar
     ) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns how much of the base's motion the arm can give way to.
+        """Returns as much of the base's motion as the arm can compensate for.
 
-        While the hand keeps still in W, that is. The less of it a joint near its end
-        leaves, the more of the rest is turning alone, which may be what frees it: a
-        mean of two motions that the joints can follow is one. A hand at the shoulder's
-        axis has no bearing to be turned to.
+        The end effector is at rest in W meanwhile. Where a joint near its limit leaves
+        little of the whole motion, the base rather turns on the spot, which may free
+        the joint: a mean of two motions that the joints can follow can be followed,
+        too. The base does not turn towards an end effector at the shoulder's axis,
+        which has no bearing.
 
         Args:
             q: joint angles (n,) [rad].
@@ -186,38 +185,41 @@ class Limiter:
             omega_b: its yaw rate [rad/s].
 
         Returns:
-            Both as far as the joints' ranges leave room, and 1 if that is all of them,
-            else less.
+            v_b [m/s] and omega_b [rad/s] as far as the joints' ranges allow; and 1
+            where that is all of both, else less.
         """
         at, p_BS = self.arm.ee_cylindrical(q), self.arm.p_BS
         away = smoothstep(at[0], LEAST_REACH, 2 * LEAST_REACH)
         omega = away * omega_b
-        off = (base_induced_rates(at, v, omega, p_BS) for v in (v_b, 0.0))
-        left = ((-along, -turning, 0.0) for along, turning in off)
+        induced = (base_induced_rates(at, v, omega, p_BS) for v in (v_b, 0.0))
+        commands = ((-along, -turning, 0.0) for along, turning in induced)
+
+        def excesses(rates: Any) -> tuple[list[Scalar], list[Scalar]]:
+            return [], self._towards_ends(q, rates)
+
         both, turning = (
-            self._placed(q, [rates], lambda rates: ([], self._towards_ends(q, rates)))[
-                DecomposerStatus.JOINT_LIMIT
-            ]
-            for rates in self.arm.undamped_rates(q, *left)
+            self._arm_factors(q, [rates], excesses)[DecomposerStatus.JOINT_LIMIT]
+            for rates in self.arm.undamped_rates(q, *commands)
         )
         both = smallest(both, 1.0, made_of=tuple(q))
         share = both * both + (1.0 - both) * turning
         return both * both * v_b, share * omega, both * away
 
-    def _placed(self, q: Any, rates: Any, excesses: Any) -> Factors:
-        """Returns what the joints leave of the hand's place, however it is turned.
+    def _arm_factors(self, q: Any, rates: Any, excesses: Any) -> Factors:
+        """Returns the joints' factors on the position; the orientation comes second.
 
-        A joint of the wrist that its end would slow is left at rest instead, and the
-        hand turned otherwise, where that leaves more: the arm's inverse does likewise.
+        A wrist joint whose limit would slow the end effector is kept at rest, which
+        changes the orientation, where that leaves more: the arm's inverse does the
+        same.
 
         Args:
             q: joint angles (n,) [rad].
-            rates: of the joints (n,) [rad/s], one or more of them, as the arm has them.
-            excesses: returns of such rates how many times too fast each joint is for
-                its speed, and for its end.
+            rates: one or more joint rates (n,) [rad/s], as `undamped_rates` returns.
+            excesses: returns how many times too fast each joint is at such rates: for
+                its largest rate, and for its range.
         """
         by_rate, by_limit = excesses(*rates)
-        best, held, turns = _by_joints(by_rate, by_limit), set[int](), None
+        best, held, turns = _joint_factors(by_rate, by_limit), set[int](), None
         while self.arm.wrist and best[DecomposerStatus.JOINT_LIMIT] < 1:
             more = {i for i in self.arm.wrist if by_limit[i] > 1} - held
             if not more:
@@ -227,16 +229,16 @@ class Limiter:
             at_rest = dict.fromkeys(held, 0.0)
             eased = [relieved(each, at_rest, turns) for each in rates]
             by_rate, by_limit = excesses(*eased)
-            factors = _by_joints(by_rate, by_limit)
+            factors = _joint_factors(by_rate, by_limit)
             if least(factors, q) > least(best, q):
                 best = factors
         return best
 
     def _towards_ends(self, q: Any, rates: Any) -> list[Scalar]:
-        """Returns how many times too fast each joint nears the end of its range.
+        """Returns how many times too fast each joint approaches the end of its range.
 
-        To come to rest there in the time that the base takes to stop, and no faster
-        than it can brake, where that is known.
+        It is to come to rest there in the time that the base takes to stop, and no
+        faster than it can brake, where that is known.
 
         Args:
             q: joint angles (n,) [rad].
@@ -254,7 +256,7 @@ class Limiter:
 
     @property
     def _slowing(self) -> float:
-        """Returns what share of its speed a hand with its base can lose in a second."""
+        """Returns the share of its speed that the base can lose in a second [1/s]."""
         base, most = self.base_limits, 1.0 / _LEAST_STOP
         if base.follows_at_once:
             return most
@@ -265,9 +267,9 @@ class Limiter:
         )
 
     def _room(self, q: Any, i: int, rate: Scalar) -> Scalar:
-        """Returns half the angle left to joint `i` where its rate leads to [rad].
+        """Returns half the angle from joint `i` to its limit, along its rate [rad].
 
-        Half, as an elbow that is stretched goes twice as far as its rate said.
+        Half, as an elbow near full stretch turns twice as far as its rate predicts.
         """
         upper, lower = self.joint_limits.upper[i], self.joint_limits.lower[i]
         return 0.5 * where(rate > 0, upper - q[i], q[i] - lower)
@@ -277,15 +279,15 @@ class Limiter:
         return larger(_RESERVE * braking_rate(room, most, self.period), _SLIGHT)
 
     def _by_edges(
-        self, edges: WorkspaceLimits, at: Any, command: Any, carried: Any
+        self, edges: WorkspaceLimits, at: Any, command: Any, induced: Any
     ) -> Iterable[Scalar]:
-        """Returns how much too fast the command is for the ends of l and of psi."""
+        """Yields how many times too fast the command is for the limits of l and psi."""
         ends = (edges.l_min, edges.l_max), (edges.psi_min, edges.psi_max)
         base = self.base_limits
         brakes = base.max_acceleration, base.max_yaw_acceleration
         for i in range(2):
             lower, upper = ends[i]
-            x, wanted = at[i], command[i]
-            room = where(wanted > 0, upper - x, x - lower)
+            x, rate = at[i], command[i]
+            room = where(rate > 0, upper - x, x - lower)
             bound = braking_rate(room, brakes[i], self.period)
-            yield excess(wanted, carried[i], bound)
+            yield excess(rate, induced[i], bound)

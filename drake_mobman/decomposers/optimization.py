@@ -1,4 +1,4 @@
-"""Base and arm told at once by an optimiser, and stopped where it finds nothing."""
+"""Base and arm commanded together by an optimiser; stopped where it has no solution."""
 
 import abc
 from typing import Any
@@ -14,23 +14,23 @@ from drake_mobman.parameters import checked_period
 from drake_mobman.scalars import larger, nearer_to_rest
 
 BASE_RATES = 2
-"""v_b [m/s] and omega_b [rad/s] stand first among the rates that are solved for."""
+"""v_b [m/s] and omega_b [rad/s] come first among the rates that are solved for."""
 
 _LARGEST = 1e3
-"""No command, reach or angle of a robot is larger [m], [rad], [m/s] or [rad/s]. Much
-larger ones overflow in squares, and OSQP prints what it thinks of them."""
+"""Largest command, reach or angle that is solved for [m], [rad], [m/s] or [rad/s]. The
+squares of much larger ones overflow, and OSQP prints warnings."""
 
 
 def braking_factor(rates: Any, largest: Any, share: float) -> float:
-    """Returns the factor in [0, 1] that takes `rates` one period nearer to rest.
+    """Returns the factor in [0, 1] that brakes `rates` for one period.
 
-    They keep their direction by it. The largest come to rest in 1 / share periods,
-    others sooner.
+    They keep their direction. The largest rates come to rest in 1 / share periods,
+    smaller ones sooner.
 
     Args:
         rates: of the period before (k,).
         largest: of each (k,).
-        share: of the largest, taken away in a period.
+        share: of the largest, by which they become smaller in a period.
     """
     speed = float(np.max(np.abs(rates) / largest))
     return nearer_to_rest(speed, share) / speed if speed > 0 else 0.0
@@ -45,10 +45,10 @@ class OptimizationDecomposer(LeafSystem):
         input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
-    It solves once a period. Where nothing is found, or an input is no number or an
-    absurd one, what was last put out is braked to rest in its direction, within
-    `stop_time`, and the status says so for as long as there is no solution. The state
-    is what was last put out: rates (k,), then `base_contribution` and `arm_command`.
+    It solves once a period. Where there is no solution, or an input is NaN or far too
+    large, the last output is braked to rest in its direction within `stop_time`, and
+    the status is `UNSOLVED` until there is a solution. The state is the last output:
+    rates (k,), then `base_contribution` and `arm_command`.
 
     Args:
         num_joints: of the arm, n.
@@ -86,19 +86,19 @@ class OptimizationDecomposer(LeafSystem):
         """Returns the rates (k,) and the end effector's velocity by the arm, or None.
 
         Args:
-            command: `ee_command`, finite as all else.
+            command: `ee_command` (3,); it and all other inputs are finite.
             at: `ee_cylindrical` (3,).
             q: joint angles (n,) [rad].
-            last: rates (k,) that were last put out.
+            last: rates (k,) of the last output.
 
         Returns:
-            Rates of base [m/s], [rad/s] and joints [rad/s]; and how these joints' rates
-            move the end effector on the base: along the reach, across it, up (3,)
-            [m/s]. None where there is no solution or none was found.
+            Rates of base [m/s], [rad/s] and joints [rad/s]; and the end effector's
+            velocity by the joints, with the base at rest: along the reach, across it,
+            up (3,) [m/s]. None where there is no solution or none was found.
         """
 
     def _calc_solved(self, context: Any) -> tuple[Any, DecomposerStatus]:
-        """Returns what is put out (k + 5,), and the status."""
+        """Returns the output (k + 5,), and the status."""
         command, at, q = (
             port.Eval(context)
             for port in (self.command, self.ee_cylindrical, self.arm_position)
@@ -112,17 +112,17 @@ class OptimizationDecomposer(LeafSystem):
             factor = braking_factor(last, self.largest, self._stop_share)
             return factor * state, DecomposerStatus.UNSOLVED
         rates, (along, across, up) = found
-        share = base_induced_rates(at, rates[0], rates[1], self.p_BS)
+        contribution = base_induced_rates(at, rates[0], rates[1], self.p_BS)
         turning = across / larger(at[0], LEAST_REACH)
-        put_out = np.concatenate([rates, share, (along, turning, up)])
-        return put_out, DecomposerStatus.OK
+        solution = np.concatenate([rates, contribution, (along, turning, up)])
+        return solution, DecomposerStatus.OK
 
     def _calc_base(self, context: Any, output: Any) -> None:
         output.SetFromVector(self.solved(context)[0][:BASE_RATES])
 
     def _calc_contribution(self, context: Any, output: Any) -> None:
-        put_out = self.solved(context)[0]
-        output.SetFromVector(put_out[self._parts[0] : self._parts[1]])
+        solution = self.solved(context)[0]
+        output.SetFromVector(solution[self._parts[0] : self._parts[1]])
 
     def _calc_arm(self, context: Any, output: Any) -> None:
         output.SetFromVector(self.solved(context)[0][self._parts[1] :])

@@ -23,7 +23,7 @@ class Projection:
 def radial_weight(psi: Scalar, sigma: float) -> Scalar:
     """Returns kappa of eq. 11: 1 ahead of the base, 0 at psi = +-pi/2 [rad].
 
-    Joints may tell a psi past half a turn; the angle counts as a direction.
+    Only the direction of psi counts: joints may turn past half a turn.
     """
     beside = abs(atan2(sin(psi), cos(psi))) - math.pi / 2
     return 1.0 - exp(-(beside * beside) / (sigma * sigma))
@@ -32,7 +32,7 @@ def radial_weight(psi: Scalar, sigma: float) -> Scalar:
 def base_speed(v_bm: Scalar, psi: Scalar, projection: Projection) -> Scalar:
     """Returns the base's speed v_b [m/s] whose projection on the reach is `v_bm`.
 
-    Eq. 10. It is short of the full projection by kappa, and so stays finite where the
-    arm stands square to the base and no speed of the base would do.
+    Eq. 10. The factor kappa keeps it finite where the arm is at a right angle to the
+    base, and no speed of the base has this projection.
     """
     return radial_weight(psi, projection.sigma) * v_bm / cos(psi)

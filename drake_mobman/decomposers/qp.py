@@ -1,19 +1,19 @@
-"""Base and arm told at once by a quadratic program (Kwon et al., eq. 17).
+"""Base and arm commanded together by a quadratic program (Kwon et al., eq. 17).
 
 minimize    1/2 |J u - v_ref|^2 + lambda |u|^2
 subject to  q + u dt <= q_max,
 
 u = [v_b, omega_b, theta_dot_1, ...]: the base's velocities and the rates of the joints
-that place the hand. The paper compares its own law with this one, and leaves open what
-J, v_ref and the bound are. Here:
+that place the end effector. The paper compares its own law with this one, and does not
+define J, v_ref and the bound. Here:
 
-- The rows of J and v_ref = [v_c, l omega_c, v_z] are velocities of the hand in W [m/s]:
-  along the reach, across it, and up where the arm can. The paper writes omega_c; that
-  row times l says the same of the hand, has the unit of the others, so that lambda
-  weighs all alike, and stays finite where l = 0.
-- q_max = 0.01 cannot bound where the base is. It bounds a step, |u dt| <= q_max: 1 m/s
-  and 1 rad/s at a period of 10 ms. Joints keep to their own ranges and rates besides,
-  which is the bound as it is printed.
+- The rows of J and v_ref = [v_c, l omega_c, v_z] are velocities of the end effector in
+  W [m/s]: along the reach, across it, and up where the arm can. The paper writes
+  omega_c; that row times l means the same motion, has the unit of the other rows, so
+  that lambda weighs all alike, and stays finite where l = 0.
+- q_max = 0.01 cannot be a bound on the base's position. It bounds a step,
+  |u dt| <= q_max: 1 m/s and 1 rad/s at a period of 10 ms. Joints also keep to their
+  ranges and rates, which is the bound as printed.
 """
 
 import dataclasses as dc
@@ -45,12 +45,12 @@ from drake_mobman.robot_model import RobotSetup
 class Qp:
     """The program's weights and bounds, and how it is solved (Kwon, section 5)."""
 
-    damping: float = 0.01  # lambda: price of motion against the hand's error, (0, 1).
+    damping: float = 0.01  # lambda: weight of motion against the error of E, in (0, 1).
     max_step: float = 0.01  # q_max: largest step in a period, of each [m] and [rad].
-    # Far below what a robot can tell: it is to be compared with other solvers' optima.
+    # Finer than a robot needs, to compare solvers.
     tolerance: float = 2e-7  # How far each rate may be from its optimum [m/s], [rad/s].
-    iterations: int = 4000  # Most that the solver takes.
-    stop_time: float = 0.2  # Time to bring the largest rates to rest, unsolved [s].
+    iterations: int = 4000  # Largest number of the solver's iterations.
+    stop_time: float = 0.2  # Time to stop from the largest rates, if unsolved [s].
 
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range, `damping` below 1."""
@@ -76,18 +76,18 @@ class Qp:
 
 @functools.singledispatch
 def arm_jacobian(arm: ArmKinematics, _q: Any, _at: Any) -> Any:
-    """Returns the hand's velocity by the joints that place it (2 or 3, m).
+    """Returns the Jacobian (2 or 3, m) of the end effector's velocity on the base.
 
-    Rows: along the reach, across it, and up [m/s]; the hand is level throughout.
+    Rows: along the reach, across it, and up [m/s]; the end effector stays level.
     Columns: the arm's first m joints [rad/s].
 
     Args:
-        arm: has m = 2 joints that place the hand in the plane, or 3 in space.
+        arm: has m = 2 joints that place the end effector in the plane, or 3 in space.
         _q: joint angles (n,) [rad].
         _at: `ee_cylindrical` (3,) at `_q`.
 
     Raises:
-        ParameterError: where the arm is none that is known in closed form.
+        ParameterError: where the arm has no Jacobian in closed form.
     """
     valid = "must have an arm with a Jacobian in closed form"
     raise ParameterError("robot", type(arm).__name__, valid)
@@ -119,12 +119,12 @@ def _(arm: SpatialArm, q: Any, at: Any) -> Any:
 
 
 def has_jacobian(arm: ArmKinematics) -> bool:
-    """Returns whether `arm_jacobian` knows the arm."""
+    """Returns whether `arm_jacobian` is defined for the arm."""
     return arm_jacobian.dispatch(type(arm)) is not arm_jacobian.dispatch(object)
 
 
 def base_jacobian(at: Any, p_BS: Any) -> Any:
-    """Returns the hand's velocity by v_b and omega_b (3, 2), the arm at rest.
+    """Returns the end effector's Jacobian (3, 2) by v_b and omega_b, the arm at rest.
 
     Rows: along the reach, across it, up [m/s].
 
@@ -148,11 +148,11 @@ class BoxQp(NamedTuple):
 
 
 def tracking_qp(J: Any, v_ref: Any, bounds: tuple[Any, Any], damping: float) -> BoxQp:
-    """Returns eq. 17 for a hand whose velocity is `J u`.
+    """Returns eq. 17 for an end effector whose velocity is `J u`.
 
     Args:
         J: Jacobian (r, k).
-        v_ref: velocity that the hand is to have (r,).
+        v_ref: desired velocity (r,).
         bounds: smallest and largest rates, (k,) each.
         damping: lambda.
     """
@@ -166,11 +166,11 @@ def rate_bounds(
 ) -> tuple[Any, Any]:
     """Returns the smallest and the largest rates (2 + m,) of base and joints.
 
-    A joint that is out of its range by more than a step leaves no rate at all: the
-    smallest is then above the largest.
+    For a joint that is out of its range by more than a step there is no valid rate: its
+    smallest rate is then above its largest.
 
     Args:
-        q: angles (m,) of the joints that place the hand [rad].
+        q: angles (m,) of the joints that place the end effector [rad].
         limits: of the arm's joints, these first.
         params: bounds each step.
         period: for which the rates are held [s].
@@ -198,7 +198,7 @@ def decomposition_qp(
     """Returns the program that splits a command, and the arm's part of its Jacobian.
 
     Args:
-        arm: one that `arm_jacobian` knows.
+        arm: one that `arm_jacobian` is defined for.
         limits: of its joints.
         params: weights and bounds.
         period: control period [s].
@@ -216,12 +216,12 @@ def decomposition_qp(
 
 
 class QpProgram:
-    """A `BoxQp` of k unknowns as a program of Drake's, kept and solved by OSQP.
+    """A `BoxQp` of k unknowns as a Drake program that is kept, and solved by OSQP.
 
-    The cost curves by 2 lambda at least, and so an error of the gradient of at most
+    The cost's curvature is 2 lambda at least. So an error of the gradient of at most
     2 lambda times the tolerance keeps the solution within the tolerance.
 
-    One object is not for two threads: each solution overwrites its coefficients.
+    Each solution overwrites its coefficients: do not share one object between threads.
     """
 
     def __init__(self, size: int, params: Qp) -> None:
@@ -239,7 +239,7 @@ class QpProgram:
             ("eps_abs", 2 * params.damping * params.tolerance),
             ("eps_rel", 0.0),
             ("max_iter", params.iterations),
-            ("polishing", 0),  # It prints a line where no bound is active.
+            ("polishing", 0),  # Polishing prints a line where no bound is active.
         ):
             self._options.SetOption(OsqpSolver.id(), name, value)
 
@@ -250,7 +250,7 @@ class QpProgram:
             qp: the program.
             guess: where to start from (k,), if given.
         """
-        # OSQP would print that bounds are out of order, and takes what is not finite.
+        # OSQP would print where bounds are out of order, and accept NaN.
         if not (np.isfinite(qp.P).all() and np.isfinite(qp.q).all()):
             return None
         if not (qp.lb <= qp.ub).all():
@@ -264,17 +264,17 @@ class QpProgram:
 class QpDecomposer(OptimizationDecomposer):
     """Splits the command by eq. 17; ports as every `OptimizationDecomposer`.
 
-    The wrist's joints, which keep the hand level, are no part of the program: their
-    limits are the arm's inverse's to keep.
+    The wrist's joints, which keep the end effector level, are no part of the program:
+    the arm's inverse keeps to their limits.
 
     Args:
         params: weights and bounds.
-        arm: one that `arm_jacobian` knows.
+        arm: one that `arm_jacobian` is defined for.
         limits: of all its joints.
         period: control period [s].
 
     Raises:
-        ParameterError: where a parameter is not valid, or the arm is not known.
+        ParameterError: where a parameter or the arm is not valid.
     """
 
     def __init__(
@@ -289,7 +289,7 @@ class QpDecomposer(OptimizationDecomposer):
         self.program = QpProgram(BASE_RATES + m, params)
 
     def rates(self, command: Any, at: Any, q: Any, last: Any) -> tuple[Any, Any] | None:
-        """Returns the optimum and how it moves the hand on the base, or None."""
+        """Returns the optimum and the velocity on the base, or None."""
         qp, J_arm = decomposition_qp(
             self.arm, self.limits, self.params, self.period, command, at, q
         )

@@ -1,4 +1,4 @@
-"""The base's share of a command, by where in its workspace the arm is."""
+"""The base's share of a command, by where the arm is within its workspace limits."""
 
 from typing import Protocol
 
@@ -14,14 +14,14 @@ def blended_share(
 ) -> Scalar:
     """Returns the base's share, in [0, 1], of a command along one coordinate.
 
-    Kwon et al., eqs. 14 and 15; the second of each pair bracketed as in Algorithm 1.
+    Kwon et al., eqs. 14 and 15; the second of each pair with Algorithm 1's brackets.
 
     Args:
-        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        command: commanded rate, `v_c` [m/s] or `omega_c` [rad/s].
         x: the coordinate that it changes, l [m] or psi [rad].
         lower: its lower limit.
         upper: its upper limit.
-        sharpness: alpha [1/m] or beta [1/rad]; the larger, the narrower the transition.
+        sharpness: alpha [1/m] or beta [1/rad]; larger for a narrower transition.
     """
     outward = 0.5 * tanh(sharpness * (x - upper)) + 0.5
     inward = 0.5 - 0.5 * tanh(sharpness * (x - lower))
@@ -33,13 +33,13 @@ def strict_share(
 ) -> Scalar:
     """Returns the base's share, in [0, 1], which is 1 from the limit on.
 
-    Ours. The tanh share never quite stops the arm: x creeps past its limit as
-    ln(1 + 2 sharpness c t) / (2 sharpness) under a command c. This one does, over a
-    width of 3 / sharpness before the limit, where it is as steep as that at most; so
-    what is inside the limits stays inside.
+    Our own law. The tanh share never quite stops the arm: x creeps past its limit as
+    ln(1 + 2 sharpness c t) / (2 sharpness) under a command c. This share stops it, over
+    a width of 3 / sharpness before the limit, and is nowhere steeper than tanh. So the
+    end effector stays inside the limits.
 
     Args:
-        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        command: commanded rate, `v_c` [m/s] or `omega_c` [rad/s].
         x: the coordinate that it changes, l [m] or psi [rad].
         lower: its lower limit.
         upper: its upper limit.
@@ -59,7 +59,7 @@ SHARPNESS_PSI = Range(0.1, 1e4, "1/rad")
 
 
 class ShareParams(Protocol):
-    """What a share law takes, for l and for psi."""
+    """Parameters of a share law, for l and for psi."""
 
     share: str  # One of `SHARES`.
     alpha: float  # Sharpness of the transition in l [1/m].

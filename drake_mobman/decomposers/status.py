@@ -1,23 +1,23 @@
-"""What keeps a decomposer from giving the hand all that it is commanded."""
+"""Why a decomposer cannot move the end effector as commanded."""
 
 import enum
 
 
 class DecomposerStatus(enum.IntFlag):
-    """Why the hand is slower than commanded; the sum is `decomposer_status`."""
+    """Why the end effector is slower than commanded; the sum is `decomposer_status`."""
 
     OK = 0
     BASE_RATE = 1
-    """The base would go or turn faster than it may."""
+    """The base would drive or turn faster than its limits."""
     JOINT_RATE = 2
-    """A joint would turn faster than it can."""
+    """A joint would turn faster than its limit."""
     JOINT_LIMIT = 4
-    """A joint would near the end of its range faster than can be braked."""
+    """A joint would approach the end of its range too fast to brake."""
     WORKSPACE = 8
-    """The hand would leave the workspace, as the base does not keep up yet."""
+    """The end effector would pass the workspace limits, as the base lags behind."""
     SINGULAR = 16
-    """No rates of the joints make what is left: the hand is at the shoulder's axis."""
+    """The end effector is at the shoulder's axis, where no joint rates are enough."""
     UNSOLVED = 32
-    """The optimiser found nothing: base and arm are braked to rest."""
+    """The optimiser found no solution: base and arm are braked to rest."""
     BASE_HELD = 64
-    """The base would push a joint against its end: it goes slower, or not at all."""
+    """The base would push a joint past its limit: it is slowed down or stopped."""

@@ -12,16 +12,16 @@ from drake_mobman.scalars import Scalar, Vector, where
 def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Scalar:
     """Returns the base's share, 0 or 1, of a command along one coordinate.
 
-    Which limit counts goes by the direction of the command, so that an arm that
-    stands outside its workspace can always turn back in.
+    The direction of the command selects the limit, so that an arm outside its
+    workspace can always move back in.
 
     Args:
-        command: rate commanded, `v_c` [m/s] or `omega_c` [rad/s].
+        command: commanded rate, `v_c` [m/s] or `omega_c` [rad/s].
         x: the coordinate that it changes, l [m] or psi [rad].
         lower: its lower limit.
         upper: its upper limit.
     """
-    # An angle that is not a number must not pass for one on either side.
+    # NaN is returned as NaN.
     outward = where(x < upper, 0.0, where(x >= upper, 1.0, x))
     inward = where(x < lower, 1.0, where(x >= lower, 0.0, x))
     return where(command >= 0, outward, inward)

@@ -1,1 +1,1 @@
-"""All that is made of a run: log, metrics, pictures."""
+"""Reports of runs in folders: log, metrics, pictures."""

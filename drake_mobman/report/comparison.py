@@ -41,7 +41,7 @@ def write_comparison(comparison: Comparison, title: str, folder: OutputFolder) -
         NUMBERS: json.dumps(content, indent=2, allow_nan=False) + "\n",
     }
     for name, text in files.items():
-        # A file's name need not be UTF-8, and a title may be one.
+        # The title may be a file's name, which need not be UTF-8.
         folder.file(name).write_bytes(text.encode("utf-8", "backslashreplace"))
     folder.publish([*files], anew=True)
 

@@ -10,7 +10,7 @@ from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.output_folder import OutputFolder
 
 FIELD = ("field_*.png",)
-"""Files that may be replaced."""
+"""Patterns of the files that may be replaced."""
 
 
 def write_field(

@@ -1,7 +1,7 @@
 """A run and its folder: the log first, then the metrics, then the pictures.
 
-An error, or a user who ends it, costs only what is not done yet, and one line is
-printed about it.
+After an error or an interrupt, all that was done before is kept, and one line says what
+is missing.
 """
 
 import textwrap
@@ -32,7 +32,7 @@ PART = "log.part"
 """The log as it grows, in the folder's draft."""
 
 _IMPATIENT = 2
-"""Signals after which metrics and pictures are cut short, as the log is written."""
+"""Number of signals after which metrics and pictures are cut short."""
 
 
 class Shown(NamedTuple):
@@ -50,7 +50,7 @@ class Wanted(NamedTuple):
 
     figures: bool = True
     scene: bool = False
-    every: int = 1  # Every which sample is kept in the log.
+    every: int = 1  # Keeps each `every`-th sample in the log.
 
 
 class Job:

@@ -14,7 +14,7 @@ PICTURED = 360_001
 
 
 def figures(run: Run) -> Pictures:
-    """Returns functions that draw the figures which apply to a run."""
+    """Returns functions that draw the figures of a run."""
     if not len(run.time):
         return {}
     shown, note = run.first(PICTURED), shown_of(run)
@@ -38,14 +38,14 @@ def figures(run: Run) -> Pictures:
 
 
 def scenes(run: Run) -> Pictures:
-    """Returns a function that makes the motion in 3D, if the run has any."""
+    """Returns a function that makes the 3D scene, if the run has two samples."""
     if len(run.time) < 2:
         return {}
     return {SCENE: lambda: scene(run.first(PICTURED)).encode()}
 
 
 def shown_of(run: Run) -> str:
-    """Returns which part of a run its pictures show; empty for all of it."""
+    """Returns a note on the part of a run that its pictures show; empty for all."""
     times = run.time
     if len(times) <= PICTURED:
         return ""

@@ -1,4 +1,4 @@
-"""A robot as blocks and diagrams see it: its model, its limits, its setup."""
+"""What blocks and diagrams need of a robot: its model, its limits, its setup."""
 
 from drake_mobman.robot_model.base_limits import BaseLimits
 from drake_mobman.robot_model.model import BASE_JOINTS, RobotDescription, RobotModel

@@ -1,4 +1,4 @@
-"""What a robot's platform can do."""
+"""Limits of a mobile base."""
 
 import dataclasses as dc
 import math
@@ -9,10 +9,7 @@ from drake_mobman.parameters import ParameterError
 
 @dc.dataclass(frozen=True)
 class BaseLimits:
-    """Limits of the base, as the robot's model gives them; infinite where it does not.
-
-    Beside `JointLimits`, which are the arm's.
-    """
+    """Limits of the base; infinite where there is none. `JointLimits` are the arm's."""
 
     max_speed: float = math.inf  # Forward and back [m/s].
     max_acceleration: float = math.inf  # [m/s^2].
@@ -23,13 +20,13 @@ class BaseLimits:
 
     @property
     def follows_at_once(self) -> bool:
-        """Returns whether the base takes on any velocity within its limits at once."""
+        """Returns whether the base reaches any velocity within its limits at once."""
         return math.isinf(self.max_acceleration) and math.isinf(
             self.max_yaw_acceleration
         )
 
     def narrowed(self, *narrower: "BaseLimits") -> "BaseLimits":
-        """Returns the limits that are left where several hold."""
+        """Returns the smallest of several limits, each."""
         return BaseLimits(
             *(
                 min(getattr(each, field.name) for each in (self, *narrower))
@@ -39,10 +36,10 @@ class BaseLimits:
 
 
 def check_base(params: Any, limits: BaseLimits) -> None:
-    """Raises `ParameterError` where parameters want more of the base than it can do.
+    """Raises `ParameterError` where a parameter is above the base's limit.
 
     Args:
-        params: with any of the fields of `BaseLimits`.
+        params: with some of the fields of `BaseLimits`.
         limits: of the platform.
     """
     for field in dc.fields(limits):

@@ -1,4 +1,4 @@
-"""A robot's URDF loaded by `MultibodyPlant`: frames, limits, kinematics, picture."""
+"""A robot's URDF loaded by `MultibodyPlant`: frames, limits, kinematics, drawing."""
 
 from typing import Any, Protocol
 
@@ -14,17 +14,17 @@ from drake_mobman.robot_model.base_limits import BaseLimits
 from drake_mobman.robot_model.reach import Reach
 
 BASE_JOINTS = 3
-"""x, y and theta stand first among a robot's positions; the arm's joints follow."""
+"""x, y and theta come first among a robot's positions; the arm's joints follow."""
 
 
 class RobotDescription(Protocol):
     """A robot's parameters, and what follows from them.
 
-    `arm` and `reach` read the robot's finished plant, and make one unless it is given.
+    `arm` and `reach` read the robot's finalized plant, and make one unless given.
     """
 
     def defaults(self) -> list[Any]:
-        """Returns what fits the robot, for `robots.defaults`, one of a kind."""
+        """Returns parameters that fit the robot, at most one of each class."""
 
     def urdf(self) -> str:
         """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
@@ -33,7 +33,7 @@ class RobotDescription(Protocol):
         """Returns the arm's kinematics."""
 
     def reach(self, plant: Any = None) -> Reach:
-        """Returns the arm as a base controller sees it."""
+        """Returns shoulder and reach for a base controller."""
 
     def arm_inverse(self, setup: Any) -> Any:
         """Returns the block that turns rates of the end effector into joint rates.
@@ -44,7 +44,7 @@ class RobotDescription(Protocol):
 
 
 def drawn_plant(robot: RobotDescription) -> tuple[Any, Any]:
-    """Returns the robot as a finished `MultibodyPlant`, and the `SceneGraph` of it."""
+    """Returns the robot as a finalized `MultibodyPlant`, and its `SceneGraph`."""
     scene_graph, plant = SceneGraph(), MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
@@ -53,9 +53,9 @@ def drawn_plant(robot: RobotDescription) -> tuple[Any, Any]:
 
 
 def moving_joints(plant: Any) -> list[Any]:
-    """Returns a finished plant's joints that move, in the order of its positions.
+    """Returns a finalized plant's movable joints, in the order of its positions.
 
-    Drake numbers joints as the URDF declares them, and positions from the base on.
+    Drake numbers joints in the order of the URDF, but positions from the base on.
     """
     joints = map(plant.get_joint, plant.GetJointIndices())
     moving = [joint for joint in joints if joint.num_positions()]
@@ -63,12 +63,12 @@ def moving_joints(plant: Any) -> list[Any]:
 
 
 class RobotModel:
-    """A robot as a finished `MultibodyPlant` that is asked, not stepped.
+    """A robot as a finalized `MultibodyPlant`, for kinematics; it is not simulated.
 
     Attributes:
         plant: positions x, y [m], theta [rad] of the base, then the arm's joints.
         arm_joints: names of the arm's joints, in the order of their positions.
-        arm_bodies: indices in the plant of the bodies that these move, by name.
+        arm_bodies: indices in the plant of the bodies that these joints move, by name.
         joint_limits: of the arm's joints, from the URDF.
         base_limits: of the base, from the URDF.
     """
@@ -86,7 +86,7 @@ class RobotModel:
         self._context = self.plant.CreateDefaultContext()
 
     def set_state(self, q: Any, v: Any) -> None:
-        """Takes positions and velocities of base and arm, (3 + n,) each."""
+        """Sets positions and velocities of base and arm, (3 + n,) each."""
         self.plant.SetPositions(self._context, q)
         self.plant.SetVelocities(self._context, v)
 
@@ -103,7 +103,7 @@ class RobotModel:
     def motion_W(self, body: Any, state: Any) -> tuple[Any, Any]:
         """Returns position [m] and velocity [m/s] (3,) in W of a body's origin.
 
-        Quicker than `p_W` and `v_W` after `set_state`.
+        Faster than `p_W` and `v_W` after `set_state`.
 
         Args:
             body: of the plant.
@@ -117,7 +117,7 @@ class RobotModel:
 
         Args:
             body: index of B in the plant.
-            p_BQ: where in B (3,) [m].
+            p_BQ: position of Q in B (3,) [m].
             state: positions of base and arm, then velocities, 2 (3 + n,).
         """
         X_WB, V_WB = self._motion(self.plant.get_body(BodyIndex(body)), state)
@@ -125,7 +125,7 @@ class RobotModel:
         return X_WB @ p_BQ, V_WQ.translational()
 
     def _motion(self, body: Any, state: Any) -> tuple[Any, Any]:
-        """Returns pose and spatial velocity in W of a body, in such a state."""
+        """Returns pose and spatial velocity in W of a body."""
         self.plant.SetPositionsAndVelocities(self._context, state)
         return (
             self.plant.EvalBodyPoseInWorld(self._context, body),
@@ -151,7 +151,7 @@ class RobotModel:
 
 
 def joint_limits(plant: Any) -> JointLimits:
-    """Returns the limits of the arm's joints of a finished plant."""
+    """Returns the limits of the arm's joints of a finalized plant."""
     return JointLimits(
         lower=plant.GetPositionLowerLimits()[BASE_JOINTS:],
         upper=plant.GetPositionUpperLimits()[BASE_JOINTS:],
@@ -161,7 +161,7 @@ def joint_limits(plant: Any) -> JointLimits:
 
 
 def base_limits(plant: Any) -> BaseLimits:
-    """Returns the limits of the base of a finished plant."""
+    """Returns the limits of the base of a finalized plant."""
     ahead, turn = plant.GetJointByName("x"), plant.GetJointByName("theta")
     return BaseLimits(
         max_speed=float(ahead.velocity_upper_limits()[0]),

@@ -1,4 +1,4 @@
-"""How far the arm reaches, as a base controller sees it (Petric & Zlajpah, fig. 1)."""
+"""Shoulder and reach of the arm, for base controllers (Petric & Zlajpah, fig. 1)."""
 
 import dataclasses as dc
 
@@ -7,11 +7,11 @@ from drake_mobman.parameters import LENGTH, OFFSET, REACH, Range, within
 
 @dc.dataclass(frozen=True)
 class Reach:
-    """The arm's shoulder, and how far T gets from it.
+    """The arm's shoulder, and the largest distance of T from it.
 
-    The paper's centre c = (0, 0, l_0) stands on B's z axis. Where the shoulder stands
-    off it, so does c; phi stays the bearing of T from B, about which the base turns.
-    Taken from c, it would have the base circle round an end effector between the two.
+    The paper's centre c = (0, 0, l_0) is on B's z axis. Here, c is the shoulder,
+    wherever it is. phi is still the bearing of T from B, about which the base turns:
+    with the bearing from c, the base would circle about a T between B and c.
     """
 
     l_0: float  # Height of the shoulder above the floor [m].
@@ -20,6 +20,6 @@ class Reach:
     aside: float = 0.0  # The same to the left [m].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless the arm reaches anywhere."""
+        """Raises `ParameterError` unless all are in range."""
         within(self, OFFSET, "l_0", "ahead")
         within(self, Range(LENGTH.low, REACH.high, "m"), "r_f")

@@ -1,4 +1,4 @@
-"""A robot as blocks are built for it."""
+"""The robot's setup: all that blocks are built from."""
 
 import dataclasses as dc
 from typing import Any
@@ -14,23 +14,23 @@ from drake_mobman.robot_model.workspace_limits import WorkspaceLimits
 
 @dc.dataclass(frozen=True)
 class RobotSetup:
-    """All that blocks need of a robot and of how it is used.
+    """All that blocks need to know of a robot and of its use.
 
     Parameters of every kind build their block from it: `params.build(setup)`. The
-    robot's model is parsed once for all of them. It is not for two threads: whatever
-    reads the model overwrites its context.
+    robot's model is parsed once for all of them. Do not share it between threads: every
+    reader of the model overwrites its context.
     """
 
     robot: RobotDescription
     model: RobotModel
     arm: ArmKinematics
     joint_limits: JointLimits  # Of the arm.
-    base_limits: BaseLimits  # Of the base as it is used, after its smoother.
+    base_limits: BaseLimits  # Of the smoothed base command.
     reach: Reach
     workspace: WorkspaceLimits
     period: float  # Of control [s].
-    inverse: str = "positions"  # What of an arm in closed form is inverted.
-    compiled: bool = False  # Whether blocks run without Python where that goes.
+    inverse: str = "positions"  # An arm in closed form inverts "positions" or "rates".
+    compiled: bool = False  # Whether blocks are compiled, where possible.
 
     @classmethod
     def of(
@@ -46,12 +46,12 @@ class RobotSetup:
         """Returns the setup of a robot.
 
         Args:
-            robot: which one.
+            robot: its parameters.
             period: of control [s].
-            workspace: that the arm is to keep, Kwon's unless given.
-            base_limits: to keep besides the platform's own.
-            inverse: what of an arm in closed form is inverted.
-            compiled: whether blocks are compiled.
+            workspace: limits for the arm; Kwon's unless given.
+            base_limits: in addition to the platform's own.
+            inverse: "positions" or "rates", which an arm in closed form inverts.
+            compiled: whether blocks are compiled, where possible.
         """
         model = RobotModel(robot)
         return cls(
@@ -68,5 +68,5 @@ class RobotSetup:
         )
 
     def maybe_compiled(self, block: Any) -> Any:
-        """Returns the block, or what does the same without Python."""
+        """Returns the block, or a compiled one that does the same without Python."""
         return compiled(block) if self.compiled else block

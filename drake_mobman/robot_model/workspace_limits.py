@@ -1,4 +1,4 @@
-"""Where the arm is to work: a ring sector about its shoulder (Kwon et al., table 1)."""
+"""Limits of the arm's workspace: a ring sector about the shoulder (Kwon, table 1)."""
 
 import dataclasses as dc
 
@@ -7,7 +7,7 @@ from drake_mobman.parameters import REACH, Range, in_order, within
 
 @dc.dataclass
 class WorkspaceLimits:
-    """Limits of the end effector's `ee_cylindrical` coordinates, but for its height."""
+    """Limits of l and psi of the end effector (`ee_cylindrical`)."""
 
     l_min: float = 0.4  # Smallest reach L_min [m].
     l_max: float = 1.6  # Largest reach L_max [m].
@@ -15,7 +15,7 @@ class WorkspaceLimits:
     psi_max: float = 0.7  # Largest angle Psi_max [rad].
 
     def check(self) -> None:
-        """Raises `ParameterError` unless both ranges are in order and make sense."""
+        """Raises `ParameterError` unless both ranges are valid."""
         within(self, REACH, "l_min", "l_max")
         within(self, Range(-10.0, 10.0, "rad"), "psi_min", "psi_max")
         in_order(self, "l_min", "l_max")

@@ -1,6 +1,6 @@
-"""Robots: a URDF each, and the robot as a diagram at each fidelity.
+"""Robots: a URDF each, and a diagram at each fidelity.
 
-A dataclass imported here is in scenarios and on the command line.
+A dataclass imported here is available in scenarios and on the command line.
 """
 
 from typing import TYPE_CHECKING

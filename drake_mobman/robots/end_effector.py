@@ -1,7 +1,6 @@
-"""Where the hand is and how it moves, by forward kinematics of the robot's plant.
+"""The end effector's position and velocity, by forward kinematics of the plant.
 
-What is measured of the hand is told from here, which knows nothing of how a decomposer
-or a sensor reckons with it.
+Metrics and figures use this, and no code of a decomposer or a sensor.
 """
 
 import dataclasses as dc
@@ -22,21 +21,21 @@ class EndEffectorStates:
 
     @property
     def p_SE_W(self) -> np.ndarray:
-        """Returns where E is from S, in W's axes (N, 3) [m]."""
+        """Returns the position of E from S, in W's axes (N, 3) [m]."""
         return self.p_WE - self.p_WS
 
 
 def ee_states(
     model: RobotModel, q: np.ndarray, v: np.ndarray | None = None
 ) -> EndEffectorStates:
-    """Returns the hand's states, asked of the model's `MultibodyPlant`.
+    """Returns the end effector's states, from the model's `MultibodyPlant`.
 
-    S is the origin of the arm's first joint on what carries it.
+    S is the origin of the arm's first joint, fixed to the body that carries the arm.
 
     Args:
         model: of the robot.
         q: positions of base and arm (N, 3 + n).
-        v: their rates (N, 3 + n); at rest unless given.
+        v: their rates (N, 3 + n); zero unless given.
     """
     plant = model.plant
     context = plant.CreateDefaultContext()

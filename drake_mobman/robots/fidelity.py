@@ -1,4 +1,4 @@
-"""What every fidelity has, so that one swaps for another."""
+"""What every fidelity has, so that one can replace another."""
 
 from typing import Any, ClassVar, Protocol
 
@@ -10,11 +10,11 @@ from drake_mobman.robot_model import RobotDescription, RobotSetup
 class FidelityParams(Protocol):
     """Parameters of how a robot is simulated.
 
-    With forces, a hand may pull the arm: then there are `build_guided` and
-    `guided_plant` too, as `Servo` has them.
+    Where a hand can pull the arm, there are also `build_guided` and `guided_plant`, as
+    in `Servo`.
     """
 
-    has_masses: ClassVar[bool]  # Else the robot has a commanded velocity at once.
+    has_masses: ClassVar[bool]  # Without, the robot has its commanded velocity at once.
 
     def build(self, setup: RobotSetup, start: list[float]) -> Diagram:
         """Returns the robot as a diagram.
@@ -28,10 +28,10 @@ class FidelityParams(Protocol):
         """
 
     def plant(self, robot: RobotDescription) -> Any:
-        """Returns the plant that is stepped, by itself; None where there is none."""
+        """Returns the simulated plant alone; None where there is none."""
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless it works at a control period [s]."""
 
     def aligned_with(self, period: float) -> tuple[float, Any]:
-        """Returns the period [s], and the fidelity, in whole steps to the last bit."""
+        """Returns period [s] and fidelity, the period an exact multiple of the step."""

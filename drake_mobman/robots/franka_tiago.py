@@ -22,42 +22,43 @@ from drake_mobman.robots.urdf import filled_urdf
 from drake_mobman.scalars import Scalar
 
 POSTURE = (0.0, 0.4, 0.0, -2.1, 0.0, 2.5, math.pi / 4)
-"""Angles of joints 1 to 7 to start from and to fall back to [rad].
+"""Angles of joints 1 to 7 at the start, which the arm returns to [rad].
 
 The elbow is near a right angle and T half a metre ahead of the shoulder, at its height:
-far from either border, so that the base rests. The hand points straight down.
+far from both zones of the field, so that the base rests. The end effector points
+straight down.
 """
 
 
 @dc.dataclass
 class FrankaTiago:
-    """Seven joints on a base with two driven wheels, by their makers' numbers."""
+    """Seven joints on a base with two driven wheels, with the makers' data."""
 
     mount: float = 0.1  # From the base's top up to the arm's foot [m].
     mount_ahead: float = 0.0  # Of the arm's foot from the base's centre [m].
     mount_aside: float = 0.0  # The same to the left [m].
     mount_yaw: float = 0.0  # Turns the arm's foot about its axis [rad].
-    # How the level hand is turned: along the `reach`, or apart from it and whatever the
-    # base does, in W at omega_c (`turning`) or not at all (`held`).
+    # Yaw of the level end effector: along the `reach`; or, independent of reach and
+    # base, turned in W at omega_c (`turning`) or held in W (`held`).
     orientation: str = "turning"
 
     def check(self) -> None:
-        """Raises `ParameterError` where a length or the orientation is not one."""
+        """Raises `ParameterError` where a length or the orientation is not valid."""
         one_of(self, "orientation", ORIENTATIONS)
         within(self, Range(0.01, 2.0, "m"), "mount")
         within(self, OFFSET, "mount_ahead", "mount_aside")
         within(self, ANGLE, "mount_yaw")
 
     def defaults(self) -> list[Any]:
-        """Returns what fits the robot where a scenario says nothing.
+        """Returns parameters that fit the robot, for what a scenario leaves out.
 
-        The arm is level over l = 0.25 to 0.8 m at the posture's height, but stiffens
-        towards either end.
+        At the posture's height the end effector can be level from l = 0.25 to 0.8 m,
+        but the arm is slow near both ends.
         """
         return [
             Start(l=0.58, z=-0.21),
             WorkspaceLimits(l_min=0.48, l_max=0.66, psi_min=-0.5, psi_max=0.5),
-            # Over 5 cm: authority has passed where the workspace ends.
+            # The transition is 5 cm wide: the base has authority at the limit.
             Exact(alpha=60.0, phi_min=0.15, phi_max=0.5),
             Blending(alpha=60.0),
             VelocityField(Delta_f=0.15, Delta_r=0.1, b_d=0.3, phi_min=0.2, phi_max=0.6),
@@ -82,7 +83,7 @@ class FrankaTiago:
         )
 
     def reach(self, plant: Any = None) -> Reach:
-        """Returns the arm as a base controller sees it, measured on the model."""
+        """Returns shoulder and reach for a base controller, measured on the model."""
         arm = reduced_arm(plant or RobotModel(self).plant)
         d, e, l_0 = arm.p_BS
         return Reach(l_0, arm.r_f, d, e)
@@ -104,11 +105,11 @@ class FrankaTiago:
 
 @dc.dataclass(frozen=True)
 class ReducedArm:
-    """The arm by its shoulder, elbow, wrist centre (fig. 1) and hand, in closed form.
+    """Shoulder, elbow, wrist centre (fig. 1) and end effector in closed form.
 
-    Its first three axes meet in the shoulder; the fourth goes through the elbow; the
-    next two meet in the wrist centre, and the hand is on the last. At zero, all of it
-    is in the plane through the first axis that its foot faces along.
+    The first three axes meet in the shoulder; the fourth goes through the elbow; the
+    next two meet in the wrist centre, and the end effector is on the last. At zero, the
+    arm lies in the x-z plane of its foot.
     """
 
     p_BS: tuple[float, float, float]  # Shoulder in B [m].
@@ -124,38 +125,38 @@ class ReducedArm:
 
     @property
     def l_1(self) -> float:
-        """From the shoulder to the elbow [m]."""
+        """Distance from the shoulder to the elbow [m]."""
         return math.hypot(*self.elbow)
 
     @property
     def l_2(self) -> float:
-        """From the elbow to T [m]."""
+        """Distance from the elbow to T [m]."""
         return math.hypot(*self.wrist)
 
     @property
     def r_f(self) -> float:
-        """Farthest that T gets from the shoulder [m]."""
+        """Largest distance of T from the shoulder [m]."""
         return self.l_1 + self.l_2
 
     def p_BT(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns the position of T in B [m], of joint angles `q` (4 or more,) [rad].
+        """Returns the position of T in B [m] at joint angles `q` (4 or more,) [rad].
 
         S + R_z(yaw + q_1) R_y(q_2) R_z(q_3) (elbow + R_y(-q_4) wrist), for any scalar.
         """
         x, y, z = self._from_elbow(q, self.wrist[0], 0.0, self.wrist[1])
-        x, y = _turned(x, y, self.yaw + q[0])
+        x, y = _rotated(x, y, self.yaw + q[0])
         d, e, l_0 = self.p_BS
         return d + x, e + y, l_0 + z
 
     def p_SE(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns where E is from S in the first link's axes [m].
+        """Returns the position of E from S in the first link's axes [m].
 
-        As T is, but with wrist + R_z(q_5) R_y(-q_6) hand, for any scalar.
+        As `p_BT`, but with wrist + R_z(q_5) R_y(-q_6) hand, for any scalar.
 
         Args:
             q: joint angles (6 or more,) [rad].
         """
-        out, above = _turned(*self.hand, q[5])
+        out, above = _rotated(*self.hand, q[5])
         ahead, aside = out * cos(q[4]), out * sin(q[4])
         wrist = self.wrist
         return self._from_elbow(q, wrist[0] + ahead, aside, wrist[1] + above)
@@ -163,24 +164,25 @@ class ReducedArm:
     def _from_elbow(
         self, q: Any, x: Scalar, y: Scalar, z: Scalar
     ) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns where from S is what the forearm has at `x`, `y`, `z` off the elbow.
+        """Returns the position from S of a point of the forearm.
 
-        In the first link's axes.
+        From a position `x`, `y`, `z` from the elbow, in the forearm's axes, to one in
+        the first link's axes.
         """
-        x, z = _turned(x, z, q[3])
-        x, y = _turned(self.elbow[0] + x, y, q[2])
-        z, x = _turned(self.elbow[1] + z, x, q[1])
+        x, z = _rotated(x, z, q[3])
+        x, y = _rotated(self.elbow[0] + x, y, q[2])
+        z, x = _rotated(self.elbow[1] + z, x, q[1])
         return x, y, z
 
 
-def _turned(a: Scalar, b: Scalar, angle: Scalar) -> tuple[Scalar, Scalar]:
-    """Returns a vector of a plane, turned by `angle` [rad] from first axis on."""
+def _rotated(a: Scalar, b: Scalar, angle: Scalar) -> tuple[Scalar, Scalar]:
+    """Returns the vector (a, b) rotated in its plane by `angle` [rad]."""
     c, s = cos(angle), sin(angle)
     return c * a - s * b, s * a + c * b
 
 
 def reduced_arm(plant: Any) -> ReducedArm:
-    """Returns the reduced arm, measured on a finished plant of this robot at zero."""
+    """Returns the reduced arm, measured on a finalized plant of this robot at zero."""
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(plant.num_positions()))
     base = plant.GetFrameByName("base")

@@ -1,4 +1,4 @@
-"""The robot at fidelity `kinematic`: it does as commanded, by Euler steps."""
+"""The robot at fidelity `kinematic`: it moves exactly as commanded, by Euler steps."""
 
 import dataclasses as dc
 from typing import Any, ClassVar
@@ -17,7 +17,7 @@ from drake_mobman.scalars import Matrix, Vector
 
 @dc.dataclass
 class Kinematic:
-    """The robot does as commanded, by Euler steps of the control period."""
+    """The robot moves exactly as commanded, by Euler steps of the control period."""
 
     has_masses: ClassVar[bool] = False
 
@@ -26,13 +26,13 @@ class Kinematic:
         return make_kinematic_robot(setup, start)
 
     def plant(self, _robot: RobotDescription) -> None:
-        """Returns that there is no plant to be stepped."""
+        """Returns None: there is no plant."""
 
     def check_period(self, period: float) -> None:
-        """Takes any control period [s]."""
+        """Accepts any control period [s]."""
 
     def aligned_with(self, period: float) -> "tuple[float, Kinematic]":
-        """Returns period and fidelity as they are."""
+        """Returns period and fidelity unchanged."""
         return period, self
 
 
@@ -81,7 +81,7 @@ class KinematicRobot(LeafSystem):
         return context.get_discrete_state_vector().CopyToVector()
 
     def _q_and_base_rates(self, context: Any) -> tuple[Matrix, Matrix]:
-        """Returns the positions (3 + n,), and the rates of the base's (3,) in W."""
+        """Returns all positions (3 + n,), and the base's rates (3,) in W."""
         q = self._q(context)
         v_b, omega_b = self.base_command.Eval(context)
         return q, np.array(unicycle_rates(q[2], v_b, omega_b))

@@ -1,4 +1,4 @@
-"""The robot at fidelity `servo`: rigid bodies, driven by servos of bounded force."""
+"""The robot at fidelity `servo`: rigid bodies, driven by servos with force limits."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -29,8 +29,8 @@ from drake_mobman.ticks import aligned, whole_steps
 class Servo:
     """Rigid-body dynamics, with velocity servos on base and arm.
 
-    A servo's torque is its gain times the error of its velocity, up to the joint's
-    effort limit; it is solved for with the step, so a large gain is stable.
+    A servo's torque is its gain times the velocity error, up to the joint's effort
+    limit. It is solved for implicitly in each step, so a large gain is stable.
     """
 
     step: float = 0.002  # Of the plant [s].
@@ -38,8 +38,8 @@ class Servo:
     yaw_gain: float = 1e5  # Of theta [N m s].
     arm_gain: float = 1e4  # Of the arm's joints, where they are driven [N m s].
     joint_damping: float = 1.0  # Of the arm's joints, where they are free [N m s].
-    # A free arm that is let go stays where it is to the base; with this, it goes home.
-    joint_stiffness: float = 0.0  # Of the same, towards the start [N m/rad].
+    # At 0, a free arm that is released stays in its posture; else it goes to the start.
+    joint_stiffness: float = 0.0  # Of the free joints, towards the start [N m/rad].
     has_masses: ClassVar[bool] = True
 
     def check(self) -> None:
@@ -60,29 +60,29 @@ class Servo:
         return make_guided_robot(setup, self, start)
 
     def plant(self, robot: RobotDescription) -> Any:
-        """Returns the plant that is stepped, by itself, its arm driven."""
+        """Returns the simulated plant alone, its arm driven."""
         return driven_plant(robot, self).plant
 
     def guided_plant(self, robot: RobotDescription) -> Any:
-        """Returns the plant that is stepped, by itself, its arm free."""
+        """Returns the simulated plant alone, its arm free."""
         return guided_plant(robot, self).plant
 
     def check_period(self, period: float) -> None:
-        """Raises `ParameterError` unless the control period [s] is whole steps."""
+        """Raises `ParameterError` unless the step divides the control period [s]."""
         if not whole_steps(period, self.step):
             valid = f"must divide the control period of {period:g} s"
             raise ParameterError("step", self.step, valid)
 
     def aligned_with(self, period: float) -> tuple[float, "Servo"]:
-        """Returns the period as whole steps to the last bit, and this with such a step.
+        """Returns a period that is an exact multiple of the step, and this servo.
 
-        The two are a few bits off what was wanted, at most.
+        Period and step differ from the given ones in the last bits at most.
         """
         period, step = aligned(period, self.step)
         return period, dc.replace(self, step=step)
 
     def check_aligned(self, period: float) -> None:
-        """Raises `ParameterError` unless ticks and steps stay in step for good."""
+        """Raises `ParameterError` unless the period is whole steps, exactly."""
         self.check_period(period)
         good_period, good_step = aligned(period, self.step)
         if (period, self.step) != (good_period, good_step):
@@ -92,11 +92,11 @@ class Servo:
 
 @dc.dataclass(frozen=True)
 class ServoPlant:
-    """A robot's `MultibodyPlant` with servos, finished."""
+    """A robot's finalized `MultibodyPlant` with servos."""
 
     plant: Any  # Positions x, y [m], theta [rad] of the base, then the arm's joints.
     instance: Any  # Of the robot in the plant.
-    driven: list[int]  # Which position each of its actuators drives, in their order.
+    driven: list[int]  # Index of the position that each actuator drives.
 
 
 def driven_plant(robot: RobotDescription, servo: Servo) -> ServoPlant:
@@ -120,14 +120,14 @@ def guided_plant(robot: RobotDescription, servo: Servo) -> ServoPlant:
 def _plant(
     robot: RobotDescription, servo: Servo, set_up_arm: Callable[[Any], None]
 ) -> ServoPlant:
-    """Returns the plant; each actuator of the arm is set up as given.
+    """Returns the plant; `set_up_arm` is called for each actuator of the arm.
 
-    Gravity is off for the whole robot: its base stands on the floor, and its arm is
-    compensated for gravity, as the makers' controllers do it.
+    Gravity is off for the whole robot: its base stands on the floor, and its arm's
+    gravity is compensated, as by the makers' controllers.
     """
     plant = MultibodyPlant(servo.step)
-    # Else the plant steps before all else that happens at the same time, and what
-    # the robot gets would not be what is logged.
+    # Else the plant steps before all other events of the same time, and the robot would
+    # get other commands than are logged.
     plant.SetUseSampledOutputPorts(False)
     (instance,) = Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
     gains = {"x": servo.base_gain, "y": servo.base_gain, "theta": servo.yaw_gain}
@@ -153,8 +153,8 @@ def make_driven_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Di
         output_ports: [base_pose, base_velocity, arm_position, arm_velocity,
                        ee_cylindrical, p_BT, robot_state]
 
-    Commands are sampled each period and held in between, as a robot's own bus does it;
-    nothing outside is evaluated at the plant's steps.
+    Commands are sampled each period and held in between, as on a real robot; nothing
+    outside the robot is evaluated at the plant's steps.
 
     Args:
         setup: of the robot; its period is a multiple of the plant's step to the last
@@ -174,9 +174,9 @@ def make_driven_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Di
 
 
 def make_guided_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Diagram:
-    """Returns the robot with rigid-body dynamics, its arm free and without weight.
+    """Returns the robot with rigid-body dynamics, its arm free and without gravity.
 
-    Its ports are those of a driven robot, but for `arm_velocity_command`.
+    Its ports are those of a driven robot, without `arm_velocity_command`.
 
     Args:
         setup: of the robot.
@@ -209,7 +209,7 @@ def _servo_robot(
     builder = DiagramBuilder()
     builder.AddNamedSystem("plant", plant)
     state = plant.get_state_output_port()
-    # Blocks cost at each step of the plant, evaluated or not: they are few.
+    # Each block costs time at each step of the plant, evaluated or not: so few blocks.
     parts = builder.AddSystem(Demultiplexer([BASE_JOINTS, n, BASE_JOINTS, n]))
     builder.Connect(state, parts.get_input_port())
     pose, position, _, velocity = map(parts.get_output_port, range(4))
@@ -245,20 +245,20 @@ def _servo_robot(
 def _desired_state(
     start: list[float], step: float, commands: int, driven: list[int]
 ) -> SymbolicVectorSystem:
-    """Returns what the servos are to do, from the base's pose and the commands held.
+    """Returns the servos' desired state, from the base's pose and the held commands.
 
     Positions, then velocities, each in the order of the actuators. The base is to roll
-    along the heading that it will have at the step's end, where an implicit servo makes
-    its velocity: so it does not slide while it turns. It is evaluated at each step of
-    the plant, and so is compiled. Positions count only for a free arm with a spring.
+    along its heading at the end of the step, where the implicit servo reaches its
+    velocity: so it does not slide while it turns. The block is compiled, as it is
+    evaluated at each step of the plant. Only a free arm with a spring uses positions.
     """
     n = len(start) - BASE_JOINTS
-    given = MakeVectorVariable(BASE_JOINTS + commands, "u")
-    _, _, theta, v, omega, *rates = given
+    inputs = MakeVectorVariable(BASE_JOINTS + commands, "u")
+    _, _, theta, v, omega, *rates = inputs
     base = unicycle_rates(theta + step * omega, v, omega)
     velocities = [*base, *(rates or [0.0] * n)]
     desired = [each[i] for each in (start, velocities) for i in driven]
-    return SymbolicVectorSystem(input=given, output=desired)
+    return SymbolicVectorSystem(input=inputs, output=desired)
 
 
 def _base_velocity(n: int) -> SymbolicVectorSystem:
@@ -273,7 +273,7 @@ def _base_velocity(n: int) -> SymbolicVectorSystem:
 def _joined(
     builder: DiagramBuilder, ports: list[OutputPort], system: Any
 ) -> OutputPort:
-    """Adds `system`, fed by all `ports` one after the other, and returns its output."""
+    """Adds `system` with all `ports` in a row as its input, and returns its output."""
     mux = builder.AddSystem(Multiplexer([port.size() for port in ports]))
     builder.AddSystem(system)
     for i, port in enumerate(ports):

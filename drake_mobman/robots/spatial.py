@@ -15,22 +15,23 @@ from drake_mobman.robots.two_links import TwoLinks
 from drake_mobman.robots.urdf import filled_urdf
 
 POSTURE = (0.0, math.pi / 4, -math.pi / 2, 0.0, math.pi / 4, 0.0)
-"""Joint angles with the hand level and ahead, and the elbow at a right angle [rad]."""
+"""Joint angles with the end effector level, straight ahead, and the elbow at a right
+angle [rad]."""
 
 
 @dc.dataclass
 class Spatial(TwoLinks):
-    """Six joints: three place the wrist, T; three keep the hand level."""
+    """Six joints: three place the wrist, T; three keep the end effector level."""
 
     hand: float = 0.12  # From the wrist's centre to the tool [m].
     shoulder_ahead: float = 0.15  # Shoulder ahead of the base's centre, d [m].
     shoulder_height: float = 0.7  # Shoulder above the floor, l_0 [m].
-    # How the level hand is turned: along the `reach`, or apart from it and whatever the
-    # base does, in W at omega_c (`turning`) or not at all (`held`).
+    # Yaw of the level end effector: along the `reach`; or, independent of reach and
+    # base, turned in W at omega_c (`turning`) or held in W (`held`).
     orientation: str = "reach"
 
     def check(self) -> None:
-        """Raises `ParameterError` where a length or the orientation is not one."""
+        """Raises `ParameterError` where a length or the orientation is not valid."""
         one_of(self, "orientation", ORIENTATIONS)
         super().check()
         within(self, LENGTH, "hand")
@@ -42,8 +43,8 @@ class Spatial(TwoLinks):
     def arm(self, plant: Any = None) -> SpatialArm | JacobianArm:
         """Returns the arm's kinematics.
 
-        In closed form for a hand along its reach; else by its Jacobian, T in closed
-        form all the same.
+        In closed form for an end effector along its reach; else by its Jacobian, with
+        only T in closed form.
         """
         arm = SpatialArm(self.upper_link, self.lower_link, self.hand, self.p_BS)
         if self.orientation == "reach":
@@ -52,7 +53,7 @@ class Spatial(TwoLinks):
         return JacobianArm(plant, POSTURE, Damping(length=self.hand), p_BT=arm.p_BT)
 
     def arm_inverse(self, setup: RobotSetup) -> Any:
-        """Returns the arm's inverse: in closed form, or with the hand turned in W."""
+        """Returns the arm's inverse: in closed form, or with a yaw in W."""
         arm: Any = setup.arm
         limits, period = setup.joint_limits, setup.period
         if self.orientation == "reach":

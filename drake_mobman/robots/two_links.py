@@ -1,4 +1,4 @@
-"""What robots have in common whose arm is of two links (Kwon et al.)."""
+"""What robots with two links have in common (Kwon et al.)."""
 
 import dataclasses as dc
 from typing import Any
@@ -13,12 +13,12 @@ from drake_mobman.robot_model import Reach, WorkspaceLimits
 from drake_mobman.robots.defaults import Start
 
 _BODY = 0.3
-"""Radius that the field keeps the hand out of, b_d [m]."""
+"""Radius of the capsule that T is to stay out of, b_d [m]."""
 
 
 @dc.dataclass
 class TwoLinks:
-    """Two links from shoulder to T, and where on the base the shoulder is."""
+    """Two links from shoulder to T, and the shoulder's position on the base."""
 
     upper_link: float = 1.0  # From shoulder to elbow [m].
     lower_link: float = 1.0  # From elbow to T [m].
@@ -27,14 +27,15 @@ class TwoLinks:
     shoulder_height: float = 0.5  # Shoulder above the floor, l_0 [m].
 
     def check(self) -> None:
-        """Raises `ParameterError` where a length is not one."""
+        """Raises `ParameterError` where a length is not valid."""
         within(self, LENGTH, "upper_link", "lower_link", "shoulder_height")
         within(self, OFFSET, "shoulder_ahead", "shoulder_aside")
 
     def defaults(self) -> list[Any]:
-        """Returns what fits the robot where a scenario says nothing.
+        """Returns parameters that fit the robot, for what a scenario leaves out.
 
-        Kwon's table 1, to scale: his arm is 2 m long and works from 0.4 to 1.6 m.
+        Kwon's table 1, scaled: the paper's arm is 2 m long, with limits of its
+        workspace at 0.4 and 1.6 m.
         """
         upper, lower = self.upper_link, self.lower_link
         nearest, room = abs(upper - lower), upper + lower - abs(upper - lower)
@@ -47,7 +48,7 @@ class TwoLinks:
             Unsmoothed(),  # As in the paper.
             Exact(alpha=sharpness),
             Blending(alpha=sharpness),
-            # The base comes along from l_max on.
+            # The base follows from l_max on.
             VelocityField(Delta_f=upper + lower - l_max, b_d=_BODY),
             Hand(path=[Waypoint(x=self.shoulder_ahead + l, z=self.shoulder_height)]),
         ]
@@ -63,7 +64,7 @@ class TwoLinks:
         }
 
     def reach(self, _plant: Any = None) -> Reach:
-        """Returns the arm as a base controller sees it."""
+        """Returns shoulder and reach for a base controller."""
         d, e, l_0 = self.p_BS
         return Reach(l_0, self.upper_link + self.lower_link, d, e)
 

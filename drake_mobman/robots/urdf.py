@@ -7,8 +7,8 @@ from importlib import resources
 def filled_urdf(name: str, **lengths: float) -> str:
     """Returns this package's URDF `name` with `lengths` [m] filled in.
 
-    For each length its half is filled in too, as `half_...`: a primitive is placed by
-    its middle.
+    Half of each length is filled in too, as `half_...`: a primitive is placed by its
+    middle.
     """
     text = resources.files(__package__).joinpath(f"{name}.urdf").read_text()
     halves = {f"half_{key}": length / 2 for key, length in lengths.items()}

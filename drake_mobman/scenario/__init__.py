@@ -1,4 +1,4 @@
-"""What a scenario says, and where it is read from."""
+"""Scenarios: their parameters, and loading them from files."""
 
 from drake_mobman.scenario.guided import Guided
 from drake_mobman.scenario.load import AnyScenario, ScenarioError, load_scenario

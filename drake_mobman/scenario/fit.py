@@ -1,4 +1,4 @@
-"""What a scenario asks of its robot: refused where it cannot fit."""
+"""Checks of whether a scenario fits its robot."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,15 +11,15 @@ from drake_mobman.robots.defaults import Start
 T = TypeVar("T")
 
 REACHED = 1e-9
-"""How far from where it is to be the end effector counts as there [m], [rad]."""
+"""Largest distance from a desired position that counts as reached [m], [rad]."""
 
 
 def check_joints(q: Any, key: str, model: RobotModel) -> None:
-    """Raises `ParameterError` where what stands at `key` takes a joint too far.
+    """Raises `ParameterError` where a joint angle is out of its limits.
 
     Args:
-        q: joint angles (n,) that it leads to [rad].
-        key: of what leads there.
+        q: joint angles (n,) [rad].
+        key: of the parameter that needs these angles, for the message.
         model: of the robot.
     """
     for name, angle, low, high in zip(
@@ -37,10 +37,10 @@ def check_joints(q: Any, key: str, model: RobotModel) -> None:
 def check_workspace(
     workspace: WorkspaceLimits, start: Start, setup: RobotSetup
 ) -> None:
-    """Raises `ParameterError` where the arm does not fill its workspace.
+    """Raises `ParameterError` where the arm does not reach its workspace limits.
 
-    Authority would never pass to the base, as the arm ends before. Each end is looked
-    at from where in the workspace is nearest to the start.
+    Authority would then never pass to the base. Each limit is checked at the point of
+    the workspace nearest to the start.
     """
     inside = (
         min(max(start.l, workspace.l_min), workspace.l_max),
@@ -49,25 +49,25 @@ def check_workspace(
     ends = {"l_min": 0, "l_max": 0, "psi_min": 1, "psi_max": 1}
     for name, i in ends.items():
         place = [*inside, start.z]
-        place[i] = given = getattr(workspace, name)
+        place[i] = limit = getattr(workspace, name)
         q = setup.arm.inverse(place)
         nearest = setup.arm.ee_cylindrical(q)
         if max(abs(a - b) for a, b in zip(nearest, place, strict=True)) > REACHED:
             l, psi, z = (round(x, 4) + 0.0 for x in nearest)
             valid = f"out of reach; the nearest is l = {l}, psi = {psi}, z = {z}"
-            raise ParameterError(f"workspace.{name}", given, valid)
+            raise ParameterError(f"workspace.{name}", limit, valid)
         check_joints(q, f"workspace.{name}", setup.model)
 
 
 def keyed(key: str, controllers: Sequence[T]) -> Iterator[tuple[str, T]]:
-    """Yields controllers with the keys they stand at: the first, then alternatives."""
+    """Yields controllers with their keys: the first at `key`, then alternatives."""
     keys = [key, *(f"alternatives[{i}]" for i in range(len(controllers) - 1))]
     return zip(keys, controllers, strict=True)
 
 
 @contextmanager
 def below(key: str) -> Iterator[None]:
-    """Has a `ParameterError` from within name its key below this one."""
+    """Puts `key` before the key of a `ParameterError` raised inside."""
     try:
         yield
     except ParameterError as error:

@@ -1,4 +1,4 @@
-"""Guidance by hand: the arm is pulled, and the base comes along."""
+"""Guidance by hand: a person pulls the arm, and the base follows."""
 
 import dataclasses as dc
 import math
@@ -24,56 +24,56 @@ from drake_mobman.teleop.live import Operator
 from drake_mobman.teleop.recorded import Recording
 
 _LEAST_MASS = 1.2
-"""What a hand's damping held for a period may amount to [kg]: three times the least
-that the tool weighs in any posture. Above, hand and tool shake each other."""
+"""Largest product of the hand's damping and the period [kg]: three times the smallest
+apparent mass of the tool in any posture. Above it, hand and tool oscillate."""
 
 _LEAST_DRAGGED = 0.45
-"""The same [kg] for whatever point of the arm is dragged."""
+"""The same [kg] for any point of the arm that is dragged."""
 
 _GRASP = 0.05
-"""How far from the tool a hand may take hold of it [m]."""
+"""Largest distance between hand and tool at the start [m]."""
 
 
 @dc.dataclass
 class Guided(Scenario):
-    """A hand pulls the free arm by its tool, and the base follows by the field."""
+    """A hand pulls the free arm by its tool, and the base follows."""
 
     fidelity: Fidelity = dc.field(default_factory=Servo)  # One with forces.
-    robot: Robot = dc.field(default_factory=FrankaTiago)  # Which robot.
-    # Who moves the hand.
+    robot: Robot = dc.field(default_factory=FrankaTiago)  # The robot, and its lengths.
+    # What moves the hand: its path, a live operator or a recording.
     source: Planned | Operator | Recording = dc.field(default_factory=Planned)
-    guard: Guard = OF_ROBOT  # Of an operator who leads the hand.
-    gate: Gate = dc.field(default_factory=Gate)  # The same.
+    guard: Guard = OF_ROBOT  # Limits of an operator's command for the hand.
+    gate: Gate = dc.field(default_factory=Gate)  # When an operator's command counts.
     hand: Hand = OF_ROBOT  # Its path, and how it pulls.
-    drag: Drag = dc.field(default_factory=Drag)  # Of an operator who pulls elsewhere.
-    field: BaseController = OF_ROBOT  # What drives the base.
-    # What a live operator may choose instead, while driving.
+    drag: Drag = dc.field(default_factory=Drag)  # How an operator drags the arm.
+    field: BaseController = OF_ROBOT  # Drives the base.
+    # Base controllers that a live operator may choose instead, while driving.
     alternatives: list[BaseController] = dc.field(default_factory=list)
-    # From one of them to the next.
+    # From one base controller to another.
     transition: Transition = dc.field(default_factory=Transition)
 
     @classmethod
-    def own(cls, robot: RobotDescription) -> dict[type, Any]:
-        """Returns what the robot brings to such a scenario, by its class."""
-        brought = super().own(robot)
-        brought.pop(Unsmoothed, None)  # The field jumps where its zones meet.
-        return {Smoother: Smoother()} | brought
+    def robot_defaults(cls, robot: RobotDescription) -> dict[type, Any]:
+        """Returns the robot's defaults for such a scenario, by their class."""
+        defaults = super().robot_defaults(robot)
+        defaults.pop(Unsmoothed, None)  # The field jumps where its zones meet.
+        return {Smoother: Smoother()} | defaults
 
     @property
     def controllers(self) -> list[BaseController]:
-        """Returns what may drive the base: the field, then its alternatives."""
+        """Returns all base controllers: the field, then its alternatives."""
         return [self.field, *self.alternatives]
 
     @property
     def base_controller(self) -> BaseController:
-        """Returns the base controller that drives."""
+        """Returns the base controller."""
         return self.field
 
     def check(self) -> None:
         """Raises `ParameterError` unless it can be run."""
         if not hasattr(self.fidelity, "build_guided"):
             name = f"!{type(self.fidelity).__name__}"
-            valid = "must be !Servo, a hand pulls by force"
+            valid = "must be !Servo, as a hand pulls with a force"
             raise ParameterError("fidelity", name, valid)
         super().check()
 
@@ -83,7 +83,7 @@ class Guided(Scenario):
         self._check_path(setup)
 
     def build_all(self, setup: RobotSetup) -> None:
-        """Builds each block that a parameter goes into, to see that it can be built.
+        """Builds each block once, to check its parameters.
 
         Raises:
             ParameterError: names the parameter that a block cannot work with.
@@ -100,7 +100,7 @@ class Guided(Scenario):
         return fidelity.build_guided(setup, self.start_position(setup))
 
     def bare_plant(self) -> Any:
-        """Returns the plant that is stepped, by itself."""
+        """Returns the simulated plant alone."""
         fidelity: Any = self.fidelity
         return fidelity.guided_plant(self.robot)
 
@@ -131,7 +131,7 @@ class Guided(Scenario):
             valid = f"must be where the tool starts, {at_tool}, within {_GRASP:g} m"
             given = {"x": first.x, "y": first.y, "z": first.z}
             raise ParameterError("hand.path[0]", given, valid)
-        # The hand's orientation may change, but not by much: T keeps to its height.
+        # The end effector's orientation changes little, so T keeps its height above it.
         reach = setup.reach
         above = model.p_W("tee")[2] - z
         low, high = reach.l_0 - reach.r_f - above, reach.l_0 + reach.r_f - above

@@ -1,4 +1,4 @@
-"""The layer below a scenario's file: what its robot brings along."""
+"""The layer below a scenario's file: its robot's defaults."""
 
 import dataclasses as dc
 import typing
@@ -8,25 +8,25 @@ from typing import Any
 from drake_mobman.scenario.schema import TAG, plain
 
 
-def with_defaults(data: Any, schema: Any, own: Mapping[type, Any]) -> Any:
-    """Returns YAML data with what it leaves out of parameters that are known.
+def with_defaults(data: Any, schema: Any, defaults: Mapping[type, Any]) -> Any:
+    """Returns YAML data with missing keys filled in from defaults.
 
-    Wherever the schema has them, in a union or a list too.
+    At every level of the schema, in unions and lists too.
 
     Args:
-        data: conformed to the schema.
+        data: that conforms to the schema.
         schema: of the data.
-        own: parameters by their class.
+        defaults: parameters by their class.
     """
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
-        return [with_defaults(item, members[0], own) for item in data]
+        return [with_defaults(item, members[0], defaults) for item in data]
     if members:
         (schema,) = (x for x in members if data[TAG] == f"!{x.__name__}")
     if not dc.is_dataclass(schema):
         return data
     kind: Any = schema
     types = {TAG: str} | {field.name: field.type for field in dc.fields(schema)}
-    given = {key: with_defaults(x, types[key], own) for key, x in data.items()}
-    known = plain(own[kind], kind) if kind in own else {}
-    return known | given
+    given = {key: with_defaults(x, types[key], defaults) for key, x in data.items()}
+    missing = plain(defaults[kind], kind) if kind in defaults else {}
+    return missing | given

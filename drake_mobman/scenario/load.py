@@ -1,7 +1,7 @@
 """Scenarios read from files.
 
-Layers, later over earlier: the defaults, the robot's own, the scenario's file, and
-overrides given as `key.path=value`.
+Layers, of which a later one overrides an earlier one: defaults, the robot's defaults,
+the scenario's file, and overrides given as `key.path=value`.
 """
 
 import dataclasses as dc
@@ -20,13 +20,13 @@ from drake_mobman.scenario_files import scenario_paths
 from drake_mobman.teleop.recorded import Recording
 
 AnyScenario = Teleop | Guided
-"""A scenario's file says which by a tag at its top; `!Teleop` may be left out."""
+"""A tag at the top of a scenario's file selects one; `!Teleop` may be left out."""
 
 
 def played_back(scenario: AnyScenario, folder: Path) -> AnyScenario:
-    """Returns a scenario of `folder` with its recording, if it has one, found.
+    """Returns a scenario with its recording, if it has one, found in `folder`.
 
-    It runs as long as the recording is, or shorter.
+    It lasts no longer than the recording.
 
     Raises:
         ParameterError: where the recording cannot be read.
@@ -47,26 +47,26 @@ class ScenarioError(ValueError):
 
 
 _LONGEST = 1_000_000
-"""Of a scenario's file [bytes]: some thousand segments, and a minute to read."""
+"""Largest size of a scenario's file [bytes]: it takes a minute to read."""
 
 
 def load_scenario(name: str | Path, overrides: Sequence[str] = ()) -> AnyScenario:
-    """Returns a scenario, which knows its name.
+    """Returns a scenario.
 
     Args:
         name: one of `scenario_paths`, or a path. The `scenario.yaml` of a run folder
-            goes by the folder's name.
+            gets the folder's name.
         overrides: `key.path=value` each.
 
     Raises:
-        ScenarioError: in one line, what is wrong, where, and what is valid.
+        ScenarioError: names in one line what is wrong, where, and what is valid.
     """
     name = str(name)
     path = scenario_paths().get(name, Path(name))
     text = _text(name, path)
     stem = path.resolve().parent.name if path.name == "scenario.yaml" else path.stem
     if not stem.isprintable():
-        # It becomes a folder's name, a title, and a word in other files.
+        # The name is used for a folder, a title, and in other files.
         raise ScenarioError(f"{stem!r}: a scenario's name must be printable text")
     label = path.name
     try:
@@ -81,13 +81,13 @@ def load_scenario(name: str | Path, overrides: Sequence[str] = ()) -> AnyScenari
     except ParameterError as error:
         raise ScenarioError(f"{label}: {error}") from None
     except (RuntimeError, ValueError, ArithmeticError, SystemExit) as error:
-        # The latter is what pydrake makes of a condition that Drake takes for granted.
+        # pydrake turns Drake's failed assertions into `SystemExit`.
         reason = textwrap.shorten(str(error), 200, placeholder=" ...")
         raise ScenarioError(f"{label}: cannot be built; {reason}") from None
 
 
 def _text(name: str, path: Path) -> str:
-    """Returns what is in a scenario's file, or raises `ScenarioError`."""
+    """Returns the text of a scenario's file, or raises `ScenarioError`."""
     name = quoted(name)
     try:
         return read_file(path, _LONGEST).decode()
@@ -97,12 +97,12 @@ def _text(name: str, path: Path) -> str:
         raise ScenarioError(f"{name}: {why}") from None
     except OSError as error:
         raise ScenarioError(f"{name}: cannot be read; {error.strerror}") from None
-    except ValueError as error:  # Of bytes that are no text, or of a path with a NUL.
+    except ValueError as error:  # Bytes that are not text, or a path with a NUL.
         raise ScenarioError(f"{name}: cannot be read; {error}") from None
 
 
 def _overridden(data: Any, override: str) -> Any:
-    """Returns data with `key.path=value` put in, or raises `ParameterError`."""
+    """Returns data with `key.path=value` set, or raises `ParameterError`."""
     key, equals, text = override.partition("=")
     if not equals or not key:
         raise ParameterError("override", override, "must be key.path=value")

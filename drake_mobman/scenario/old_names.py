@@ -1,4 +1,4 @@
-"""Scenarios of earlier versions: what was named otherwise still loads."""
+"""Scenarios of earlier versions, with old names, still load."""
 
 import warnings
 from collections.abc import Callable
@@ -48,18 +48,18 @@ OLD_NAMES: dict[str, tuple[str, Callable[[Data], Data]]] = {
     "projection": ("decomposer.projection", _projection),
     "smoother.enabled": ("smoother: !Smoother or !Unsmoothed", _enabled),
 }
-"""By the old key: what it is now, and what makes new data of old."""
+"""By the old key: its new name, and a function that converts the data."""
 
 
 def with_new_names(data: Any, where: str) -> Any:
     """Returns a scenario's YAML data with old names replaced, and warns of each.
 
     Args:
-        data: of a whole scenario, in whatever shape.
-        where: it comes from, for the warning.
+        data: of a whole scenario; it need not be valid.
+        where: the file, for the warning.
 
     Raises:
-        ParameterError: where what stands under an old name is not valid.
+        ParameterError: where the value of an old name is not valid.
     """
     for old, (new, renamed) in OLD_NAMES.items():
         if _holds(data, old):

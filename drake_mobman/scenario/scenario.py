@@ -1,4 +1,4 @@
-"""What all scenarios say: a robot, where it starts, and for how long."""
+"""What all scenarios have: a robot, its start, and a duration."""
 
 import dataclasses as dc
 import typing
@@ -11,7 +11,7 @@ from drake_mobman.parameters import PERIOD, TIME, ParameterError, within
 from drake_mobman.robot_model import RobotDescription, RobotSetup, WorkspaceLimits
 from drake_mobman.robot_model.base_limits import check_base
 from drake_mobman.robots import Fidelity, Robot
-from drake_mobman.robots.defaults import Start, default_member, own
+from drake_mobman.robots.defaults import Start, default_member, robot_defaults
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
 from drake_mobman.scenario.fit import REACHED, below, check_joints, check_workspace
@@ -20,50 +20,50 @@ from drake_mobman.scenario.schema import NOT_IN_YAML, dump_yaml, plain
 from drake_mobman.ticks import last_tick
 
 OF_ROBOT: Any = None
-"""Stands for what the robot brings along, until a scenario is made."""
+"""Placeholder for the robot's default, until a scenario is made."""
 
 
 @dc.dataclass
 class Scenario:
-    """A robot, where it starts, and for how long: what all scenarios say."""
+    """A robot, its start, and a duration."""
 
-    decided_by: ClassVar[str] = "robot"  # What other keys are by default, that is.
+    decided_by: ClassVar[str] = "robot"  # Key that other keys' defaults depend on.
 
     description: str = ""  # One line for `mobman list`.
-    duration: float = 16.0  # How long [s].
+    duration: float = 16.0  # Of the run [s].
     period: float = 0.01  # Control period; at `Kinematic` the Euler step too [s].
     fidelity: Fidelity = dc.field(default_factory=Kinematic)  # With masses or not.
-    compiled: bool = False  # Whether blocks run without Python where that goes.
-    robot: Robot = dc.field(default_factory=Planar)  # Which robot, and its lengths.
+    compiled: bool = False  # Whether blocks are compiled, where possible.
+    robot: Robot = dc.field(default_factory=Planar)  # The robot, and its lengths.
     start: Start = OF_ROBOT  # Of base and end effector.
-    workspace: WorkspaceLimits = OF_ROBOT  # That the arm is to keep.
-    smoother: Smoothing = OF_ROBOT  # Of the base's command.
+    workspace: WorkspaceLimits = OF_ROBOT  # Limits for the arm.
+    smoother: Smoothing = OF_ROBOT  # Of the base command.
     # Of its file, or of the run folder that the file is in.
     name: str = dc.field(default="", compare=False, metadata=NOT_IN_YAML)
 
     def __post_init__(self) -> None:
-        """Takes from the robot what is not given."""
-        brought = self.own(self.robot)
+        """Fills in the robot's defaults."""
+        defaults = self.robot_defaults(self.robot)
         for field in dc.fields(self):
             if getattr(self, field.name) is OF_ROBOT:
                 members: Any = typing.get_args(field.type) or (field.type,)
-                setattr(self, field.name, default_member(brought, members))
+                setattr(self, field.name, default_member(defaults, members))
 
     @classmethod
-    def own(cls, robot: RobotDescription) -> dict[type, Any]:
-        """Returns what the robot brings to such a scenario, by its class."""
-        return own(robot)
+    def robot_defaults(cls, robot: RobotDescription) -> dict[type, Any]:
+        """Returns the robot's defaults for such a scenario, by their class."""
+        return robot_defaults(robot)
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Returns YAML data of such a scenario with what it leaves to its robot."""
+        """Returns YAML data of such a scenario with the robot's defaults filled in."""
         named = {key: value for key, value in data.items() if key == cls.decided_by}
         robot = yaml_load_typed(schema=cls, data=dump_yaml(named)).robot
-        given = with_defaults(data, cls, cls.own(robot))
+        given = with_defaults(data, cls, cls.robot_defaults(robot))
         return plain(cls(robot=robot), cls) | given
 
     def setup(self) -> RobotSetup:
-        """Returns the robot as blocks are built for it; its model is parsed anew."""
+        """Returns the robot's setup; each call parses the model again."""
         return RobotSetup.of(
             self.robot,
             self.period,
@@ -92,10 +92,10 @@ class Scenario:
         whole.build_all(dc.replace(setup, period=whole.period))
 
     def check_fit(self, setup: RobotSetup) -> None:
-        """Raises `ParameterError` where such a scenario does not fit its robot."""
+        """Raises `ParameterError` where the scenario does not fit its robot."""
 
     def build_all(self, setup: RobotSetup) -> None:
-        """Builds each block that a parameter goes into, to see that it can be built.
+        """Builds each block once, to check its parameters.
 
         Raises:
             ParameterError: names the parameter that a block cannot work with.
@@ -103,9 +103,10 @@ class Scenario:
         raise NotImplementedError
 
     def in_whole_steps(self) -> Self:
-        """Returns the same with its period whole steps of the plant to the last bit.
+        """Returns the scenario as it is simulated.
 
-        So it is simulated; the two are a few bits off what was wanted, at most.
+        Its period is an exact multiple of the plant's step; both differ from the given
+        ones in the last bits at most.
         """
         period, fidelity = self.fidelity.aligned_with(self.period)
         return dc.replace(self, period=period, fidelity=fidelity)
@@ -120,7 +121,7 @@ class Scenario:
         place = (at.l, at.psi, at.z)
         q = setup.arm.inverse(place)
         nearest = setup.arm.ee_cylindrical(q)
-        # An arm that is out of reach stands at the nearest point that it reaches.
+        # Where the start is out of reach, the inverse returns the nearest point.
         if max(abs(a - b) for a, b in zip(nearest, place, strict=True)) > REACHED:
             l, psi, z = (round(x, 4) + 0.0 for x in nearest)
             valid = f"out of reach; the nearest is l = {l}, psi = {psi}, z = {z}"

@@ -1,8 +1,8 @@
-"""YAML against a dataclass: what is wrong with it, and where, in one line.
+"""YAML loaded into dataclasses, with errors that name in one line what is wrong.
 
-Drake's `yaml_load_typed` does the loading; its messages name neither the key's path
-nor what would be valid, so the data is looked through before. Whatever a text holds, an
-instance comes of it, or a `ParameterError`.
+Drake's `yaml_load_typed` loads the data; its messages name neither the key's path nor
+what would be valid, so the data is checked before. Any text results in an instance or
+in a `ParameterError`.
 """
 
 import dataclasses as dc
@@ -20,14 +20,14 @@ TAG = "_tag"
 """Key under which Drake's YAML functions keep a mapping's `!Tag`."""
 
 NOT_IN_YAML = {"yaml": False}
-"""Metadata of a field that no file holds."""
+"""Metadata of a field that is not in files."""
 
 _DEEPEST = 40
-"""Level to which YAML may be nested; a scenario goes to the sixth."""
+"""Largest depth of nested YAML; a scenario has six levels."""
 
 
 def _whole(text: str) -> int | float:
-    # Python refuses to read an integer of some thousand digits.
+    # Python refuses to read integers of thousands of digits.
     return int(text) if len(text) < 20 else float(text)
 
 
@@ -42,14 +42,14 @@ _PLAIN: dict[str, tuple[str, Callable[[str], Any]]] = {
         lambda text: float(re.sub(r"\.(?=[in])", "", text.lower())),
     ),
 }
-"""What is not text, by tag: how YAML 1.2 writes it, and its value.
+"""Values other than text, by tag: their form in YAML 1.2, and a function to read them.
 
 PyYAML reads YAML 1.1, where `on` is true, 1:30 is 90, and 2026-02-30 a wrong date.
 """
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML with tags kept as `_tag`, and with no key given twice."""
+    """YAML with tags kept as `_tag`; a key given twice is an error."""
 
     yaml_constructors: ClassVar[dict[Any, Any]] = {}
     yaml_multi_constructors: ClassVar[dict[Any, Any]] = {}
@@ -58,7 +58,7 @@ class _Loader(yaml.SafeLoader):
     depth = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        # Each level is some calls of Python's, and takes some of its stack.
+        # Each level needs some of Python's stack.
         self.depth += 1
         if self.depth > _DEEPEST:
             mark = typing.cast(Any, self).peek_event().start_mark
@@ -88,7 +88,7 @@ class _Loader(yaml.SafeLoader):
     def construct_tagged(self, name: str, node: Any) -> Any:
         tag = f"!{name}"
         if isinstance(node, yaml.ScalarNode) and node.value == "":
-            return {TAG: tag}  # A tag by itself: all defaults.
+            return {TAG: tag}  # A tag alone: all defaults.
         if not isinstance(node, yaml.MappingNode):
             raise _wrong(node, f"{tag} goes before a mapping, as in {tag} {{}}")
         return self.construct_mapping(node) | {TAG: tag}
@@ -102,7 +102,7 @@ def _wrong(node: Any, problem: str) -> yaml.constructor.ConstructorError:
 
 
 class _Dumper(yaml.SafeDumper):
-    """YAML with `_tag` written as a tag, and keys in the order they stand in."""
+    """YAML with `_tag` written as a tag, and keys in their order."""
 
     def represent_tagged(self, data: dict[str, Any]) -> Any:
         rest = {key: value for key, value in data.items() if key != TAG}
@@ -111,13 +111,13 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _read_by(pattern: re.Pattern[str], value: Callable[[str], Any]) -> Any:
-    """Returns a constructor of plain values, which may have been tagged by hand."""
+    """Returns a constructor of plain values, which may have an explicit tag."""
 
     def construct(loader: _Loader, node: Any) -> Any:
         text = loader.construct_scalar(node)
         if not pattern.match(text):
             name = node.tag.rpartition(":")[2]
-            raise _wrong(node, f"{text!r} is no !!{name}")
+            raise _wrong(node, f"{text!r} is not a valid !!{name}")
         return value(text)
 
     return construct
@@ -150,13 +150,13 @@ def load_yaml(text: str) -> Any:
         at = f"line {mark.line + 1}, column {mark.column + 1}" if mark else "text"
         raise ParameterError(at, error.problem, "must be YAML") from None
     except (yaml.YAMLError, ValueError, ArithmeticError) as error:
-        # The latter two of escapes and of `%YAML` that hold too large a number.
+        # The latter two come from escapes and `%YAML` with too large a number.
         first = str(error).splitlines()[0]
         raise ParameterError("text", first, "must be YAML") from None
 
 
 def dump_yaml(data: Any) -> str:
-    """Returns data with tags as `_tag`, the counterpart of `load_yaml`, as text."""
+    """Returns data, with tags as `_tag`, as YAML text: the inverse of `load_yaml`."""
     return yaml.dump(data, Dumper=_Dumper)
 
 
@@ -180,22 +180,22 @@ def plain(obj: Any, schema: Any) -> Any:
 
 
 def with_override(data: Any, path: str, value: Any) -> Any:
-    """Returns a copy of the mapping `data` with `value` put at a dotted `path`.
+    """Returns a copy of the mapping `data` with `value` set at a dotted `path`.
 
     Raises:
-        ParameterError: where the path leads into something that is not a mapping.
+        ParameterError: where the path goes through a value that is not a mapping.
     """
     *parents, last = keys = path.split(".")
     if not all(keys):
-        raise ParameterError(path, value, "must be at keys with a dot between each two")
-    # The whole stands below a key, too, so that it is led through like all else.
+        raise ParameterError(path, value, "must be at keys joined by dots")
+    # The whole is put below a key, so that all levels are treated alike.
     top = holder = {"": data}
     for key in ("", *parents):
         child = holder.get(key)
         if isinstance(child, str):
             child = {TAG: child}  # A union's member by its bare name.
         if not isinstance(child, dict | None):
-            valid = "must lead through mappings; set the whole"
+            valid = "must lead through mappings; set the whole value"
             raise ParameterError(path, child, valid)
         holder[key] = holder = dict(child or {})
     holder[last] = value
@@ -205,9 +205,9 @@ def with_override(data: Any, path: str, value: Any) -> Any:
 def load_typed(schema: Any, data: Any) -> Any:
     """Returns an instance of `schema` made from YAML data, checked.
 
-    The schema is a dataclass, or a union of dataclasses of which a tag at the top names
-    one, by default the first. Below, a member of a union is named by its tag,
-    `!Switching`, or by its bare name in any case, `switching`.
+    The schema is a dataclass, or a union of dataclasses: a tag at the top selects one,
+    by default the first. Below, a tag, `!Switching`, or a name in upper or lower case,
+    `switching`, selects the member of a union.
 
     Raises:
         ParameterError: names the key, its value and what is valid.
@@ -220,14 +220,14 @@ def load_typed(schema: Any, data: Any) -> Any:
     else:
         data = _conformed(data, schema, "")
     if hasattr(schema, "completed"):
-        data = schema.completed(data)  # What it leaves out is not for itself to say.
+        data = schema.completed(data)  # With defaults that depend on other keys.
     return checked(yaml_load_typed(schema=schema, data=dump_yaml(data)))
 
 
 def _conformed(data: Any, schema: Any, path: str, default: Any = None) -> Any:
-    """Returns `data` as `yaml_load_typed` takes it, or raises `ParameterError`.
+    """Returns `data` in the form for `yaml_load_typed`, or raises `ParameterError`.
 
-    A mapping for a union that has no tag is one for the class of the field's `default`.
+    A mapping without a tag, for a union, is one for the class of the field's `default`.
     """
     members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
@@ -291,7 +291,7 @@ def _conformed_mapping(data: Any, schema: Any, path: str) -> dict[str, Any]:
 
 
 def _defaults(data: dict[str, Any], schema: Any, fields: dict[str, Any]) -> Any:
-    """Returns an instance of all defaults, as far as the data decides on them."""
+    """Returns an instance of all defaults; some may depend on a key in the data."""
     defaults, key = schema(), getattr(schema, "decided_by", None)
     if key is None or key not in data:
         return defaults
@@ -313,7 +313,7 @@ def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:
             return data
         raise wrong
     if schema is str:
-        # It is to be printed, drawn, and written to other files.
+        # It is printed, drawn, and written to other files.
         if isinstance(data, str) and data.rstrip("\n").isprintable():
             return data.rstrip("\n")
         raise wrong

@@ -1,4 +1,4 @@
-"""Tele-operation: the end effector is commanded."""
+"""Teleoperation: the end effector is commanded."""
 
 import dataclasses as dc
 from typing import Any
@@ -20,31 +20,31 @@ from drake_mobman.teleop.scripted import Script
 
 @dc.dataclass
 class Teleop(Scenario):
-    """The end effector is commanded; a decomposer splits that between base and arm."""
+    """A command for the end effector is split between base and arm."""
 
-    source: Source = dc.field(default_factory=Script)  # Who commands.
-    guard: Guard = OF_ROBOT  # What it lets through.
-    gate: Gate = dc.field(default_factory=Gate)  # Of a live or recorded operator.
-    decomposer: Decomposer = OF_ROBOT  # Who moves, base or arm.
-    # What a live operator may choose instead, while driving.
+    source: Source = dc.field(default_factory=Script)  # Where commands come from.
+    guard: Guard = OF_ROBOT  # Limits of the command.
+    gate: Gate = dc.field(default_factory=Gate)  # When an operator's command counts.
+    decomposer: Decomposer = OF_ROBOT  # Splits the command between base and arm.
+    # Decomposers that a live operator may choose instead, while driving.
     alternatives: list[Decomposer] = dc.field(default_factory=list)
-    # From one of them to the next.
+    # From one decomposer to another.
     transition: Transition = dc.field(default_factory=Transition)
-    inverse: str = "positions"  # Of an arm with closed form: "positions" or "rates".
+    inverse: str = "positions"  # An arm in closed form inverts "positions" or "rates".
 
     @property
     def controllers(self) -> list[Decomposer]:
-        """Returns what may drive: the decomposer, then its alternatives."""
+        """Returns all decomposers: the scenario's, then its alternatives."""
         return [self.decomposer, *self.alternatives]
 
     @property
     def base_controller(self) -> BaseController | None:
-        """Returns the base controller that drives, if one does."""
-        drives = self.decomposer
-        return drives if isinstance(drives, BaseController) else None
+        """Returns the decomposer if it is a base controller."""
+        params = self.decomposer
+        return params if isinstance(params, BaseController) else None
 
     def setup(self) -> RobotSetup:
-        """Returns the robot as blocks are built for it; its model is parsed anew."""
+        """Returns the robot's setup; each call parses the model again."""
         return dc.replace(super().setup(), inverse=self.inverse)
 
     def check(self) -> None:
@@ -53,7 +53,7 @@ class Teleop(Scenario):
         super().check()
 
     def build_all(self, setup: RobotSetup) -> None:
-        """Builds each block that a parameter goes into, to see that it can be built.
+        """Builds each block once, to check its parameters.
 
         Raises:
             ParameterError: names the parameter that a block cannot work with.
@@ -70,5 +70,5 @@ class Teleop(Scenario):
         return self.fidelity.build(setup, self.start_position(setup))
 
     def bare_plant(self) -> Any:
-        """Returns the plant that is stepped, by itself; None where there is none."""
+        """Returns the simulated plant alone; None where there is none."""
         return self.fidelity.plant(self.robot)

@@ -1,1 +1,1 @@
-"""A scenario simulated: its log, and the folder it goes to."""
+"""Simulation of a scenario: its log, and its run folder."""

@@ -20,7 +20,7 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
         try:
             value = by_name[name].Eval(context)
         except FAILURES:
-            continue  # It depends on another, which is looked at, too.
+            continue  # It depends on another signal, which is checked too.
         if not np.isfinite(value).all():
             return name
     return ""
@@ -29,7 +29,7 @@ def signal_not_finite(diagram: Diagram, context: Any) -> str:
 def check_state_finite(diagram: Diagram, context: Any) -> None:
     """Raises `ArithmeticError` unless the robot's state is finite.
 
-    Quicker than `check_finite`; the log shows later which other signal was not.
+    Faster than `check_finite`; the log is checked later for all other signals.
     """
     for name in STATE:
         if not np.isfinite(diagram.GetOutputPort(name).Eval(context)).all():
@@ -57,7 +57,7 @@ def died_at(time: float, why: str) -> str:
 
 
 def not_finite(name: str) -> str:
-    """Returns what is wrong with a signal."""
+    """Returns the message for a signal that is not finite."""
     return f"{name} is not finite any more"
 
 

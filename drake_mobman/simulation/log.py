@@ -15,7 +15,7 @@ Log = Mapping[str, np.ndarray]
 """`time` (N,) [s], and an array (N, size) for each signal."""
 
 WINDOW = 50_000
-"""Samples worked on at a time: a log may be longer than memory."""
+"""Samples processed at a time: a log may be larger than memory."""
 
 STATE = (signals.BASE_POSE, signals.ARM_POSITION)
 """The robot's state, from which all other signals follow."""
@@ -34,7 +34,7 @@ def read_log(diagram: Diagram, context: Any) -> Log:
 
 
 def drained_log(diagram: Diagram, context: Any) -> Log:
-    """Returns what has been logged since the last call, and forgets it."""
+    """Returns what has been logged since the last call, and clears it."""
     log = {name: x.copy() for name, x in read_log(diagram, context).items()}
     diagram.GetSubsystemByName(LOG).FindMutableLog(context).Clear()
     return log
@@ -49,7 +49,7 @@ def append_log(file: BinaryIO, log: Log) -> None:
     if file.tell() == 0:
         sizes = {name: int(np.prod(x.shape[1:])) for name, x in log.items()}
         header = json.dumps(sizes).encode()
-        # Numbers that are aligned are quicker to read.
+        # Aligned numbers are faster to read.
         file.write(header + b" " * (-(len(header) + 1) % 8) + b"\n")
     columns = [x.reshape(len(x), int(np.prod(x.shape[1:]))) for x in log.values()]
     file.write(np.hstack(columns).astype("<f8").tobytes())
@@ -60,7 +60,7 @@ class StoredLog(Log):
     """A log in a file; a signal is in memory only while it is used.
 
     Args:
-        file: as `append_log` writes it; it may be removed meanwhile.
+        file: as `append_log` writes it; it may be deleted while it is in use.
         rows: how many of its samples to read; all unless given.
 
     Raises:

@@ -28,7 +28,7 @@ def hash_of(file: Path) -> str:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Returns a folder's list; empty where there is none, or something else."""
+    """Returns a folder's list; empty where there is none, or it is not a list."""
     try:
         text = (folder / MANIFEST).read_text("utf-8")
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError):
@@ -46,7 +46,7 @@ def write_manifest(folder: Path, written: Manifest) -> None:
 
 
 def is_ours(file: Path, digests: Iterable[str | None]) -> bool:
-    """Returns whether a file has one of some hashes, and is no link to another."""
+    """Returns whether a file has one of some hashes, and is not a link."""
     return file.is_file() and not file.is_symlink() and hash_of(file) in digests
 
 
@@ -56,7 +56,7 @@ def not_ours(
     """Yields the files in a folder that we may not replace, each with the reason.
 
     Args:
-        folder: that exists.
+        folder: an existing one.
         written: lists of the files that are ours, if unchanged.
         kind: patterns of the names that may be replaced.
     """
@@ -76,7 +76,7 @@ def not_ours(
             elif name not in names:
                 known = any(PurePosixPath(name).match(pattern) for pattern in kind)
                 yield f"{name}, " + (
-                    f"and no {MANIFEST} that says who wrote it"
+                    f"but no {MANIFEST} that shows who wrote it"
                     if known and not names
                     else "which would be lost"
                 )

@@ -1,4 +1,4 @@
-"""`log.npz`, as `numpy.savez_compressed` writes it, of a log of any length."""
+"""`log.npz` for logs of any length, in the format of `numpy.savez_compressed`."""
 
 import zipfile
 from collections.abc import Callable
@@ -20,7 +20,7 @@ def write_npz(
     Args:
         file: to be written, and replaced.
         log: to write.
-        every: every which sample is kept, from the first one on.
+        every: keeps each `every`-th sample, from the first one on.
         progress: called with how much is written [%].
 
     Raises:

@@ -2,8 +2,8 @@
 
 Files are made in a hidden draft folder inside, and moved to their places once they are
 complete, together with a manifest that lists which files are ours. The folder itself is
-never moved: it may be a mount point, a link, or somebody's working folder. A process
-that is killed between two moves leaves the rest in the draft; the next one goes on.
+never moved: it may be a mount point, a link, or a working folder in use. If a process
+is killed between two moves, the rest stays in the draft; the next process finishes.
 """
 
 import fcntl
@@ -36,12 +36,12 @@ __all__ = [
 
 
 class OutputFolder:
-    """A folder that is locked and written to while entered.
+    """A folder to write to, locked inside a `with` statement.
 
     Args:
         path: of the folder, new or of an earlier run.
-        kind: patterns of the names that may be replaced; None to go on with a folder of
-            ours, whatever other files it holds by now.
+        kind: patterns of the names that may be replaced; None to continue with a folder
+            of ours, even if it now holds other files.
 
     Raises:
         FolderError: on entering, if the folder cannot be made or locked, or holds files
@@ -50,7 +50,7 @@ class OutputFolder:
 
     def __init__(self, path: Path, kind: Sequence[str] | None) -> None:
         self.path = resolved(path)
-        self.keeps_draft = False  # Whether the draft stays, on leaving.
+        self.keeps_draft = False  # Whether the draft stays at the end.
         self._given = path
         self._kind = kind
         self._made: list[Path] = []
@@ -85,7 +85,7 @@ class OutputFolder:
         """Writes a file and publishes it.
 
         Raises:
-            OSError: where it cannot be written; then an earlier file is unchanged.
+            OSError: where it cannot be written; then the old file is unchanged.
         """
         file = self.file(name)
         try:
@@ -103,7 +103,7 @@ class OutputFolder:
             anew: whether to remove other files that we wrote before, if unchanged.
 
         Raises:
-            FolderError: if a file of another is in the place of one; then nothing is
+            FolderError: if a file that is not ours is in the way; then nothing is
                 moved.
             OSError: where it cannot be written.
         """
@@ -111,12 +111,12 @@ class OutputFolder:
         before = read_manifest(self.path)
         for name in made:
             self._check_place(name, before.get(name))
-        # From here on, the next process would complete it.
+        # From here on, the next process would finish if this one is killed.
         write_manifest(self.draft, made if anew else before | made)
         self._complete()
 
     def adopt(self, name: str) -> None:
-        """Lists a file as ours that was written directly to its place."""
+        """Lists a file as ours that was written without a draft."""
         written = read_manifest(self.path)
         write_manifest(self.path, written | {name: hash_of(self.path / name)})
 
@@ -130,7 +130,7 @@ class OutputFolder:
         self._made = [self.path, *self._made]
 
     def move_aside(self) -> None:
-        """Goes on in a new folder beside this one, and moves the draft there.
+        """Continues in a new folder beside this one, and moves the draft there.
 
         Raises:
             OSError: where it cannot be made.
@@ -209,7 +209,7 @@ class OutputFolder:
 
 
 def check_folder(path: Path, kind: Sequence[str]) -> None:
-    """Checks, before the work, that a folder can be written to; leaves nothing behind.
+    """Checks that a folder can be written to; leaves no files behind.
 
     Args:
         path: of the folder, new or of an earlier run.
@@ -246,7 +246,7 @@ def _locked(folder: Path) -> int:
         return _TAKEN
     except OSError:
         pass
-    # Whoever held the lock may have removed the folder.
+    # The process that held the lock may have removed the folder.
     if not os.path.lexists(folder) or not os.path.samestat(
         os.fstat(descriptor), os.stat(folder)
     ):

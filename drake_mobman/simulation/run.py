@@ -1,4 +1,4 @@
-"""What came of a simulated scenario: its signals over time, and how it ended."""
+"""The result of a simulation: signals over time, and how it ended."""
 
 import dataclasses as dc
 from collections.abc import Sequence

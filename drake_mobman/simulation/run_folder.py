@@ -1,4 +1,4 @@
-"""The run folder: the files that a run leaves behind."""
+"""The run folder: the files of a run."""
 
 import dataclasses as dc
 import json
@@ -46,7 +46,7 @@ def check_run_folder(folder: Path, kind: tuple[str, ...] = RUN) -> None:
         FolderError: if it cannot be made, or holds a recording or files of others.
     """
     if (resolved(folder) / COMMANDS).exists():
-        why = "it holds a recorded session, which would be lost; say another --out"
+        why = "it holds a recorded session, which would be lost; choose another --out"
         raise FolderError(refusal(folder, why))
     check_folder(folder, kind)
 
@@ -64,7 +64,7 @@ def write_log(
     Args:
         run: to write.
         folder: of the run.
-        every: every which sample is kept in `log.npz`.
+        every: keeps each `every`-th sample in `log.npz`.
         progress: called with how much is written [%].
 
     Raises:
@@ -100,7 +100,7 @@ def write_pictures(
     progress: Callable[[float], None] = lambda _: None,
     drawn: Callable[[Callable[[], bytes]], bytes] = lambda draw: draw(),
 ) -> Iterator[BaseException]:
-    """Makes pictures and writes them to a run's folder, one after the other.
+    """Makes pictures and writes them to a run's folder, one by one.
 
     Args:
         pictures: to make.
@@ -109,7 +109,7 @@ def write_pictures(
         drawn: calls a picture's function; it may raise `KeyboardInterrupt`.
 
     Yields:
-        The error of each picture that failed; the others are made all the same.
+        The error of each picture that failed; the others are still made.
     """
     for i, (name, draw) in enumerate(pictures.items(), 1):
         try:
@@ -120,7 +120,7 @@ def write_pictures(
 
 
 def finite(numbers: Any) -> Any:
-    """Returns metrics with None for what is not finite: JSON has no NaN."""
+    """Returns metrics with None for numbers that are not finite: JSON has no NaN."""
     if isinstance(numbers, dict):
         return {key: finite(value) for key, value in numbers.items()}
     if isinstance(numbers, float) and not math.isfinite(numbers):

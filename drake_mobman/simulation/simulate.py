@@ -1,4 +1,4 @@
-"""Runs a scenario without a window, faster than real time or slower."""
+"""Simulates a scenario as fast as the computer can, without a window."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -53,8 +53,8 @@ def simulate(
     Args:
         scenario: checked, as `load_scenario` returns it.
         decomposer: makes a block to use instead of the scenario's decomposer.
-        progress: called now and then with the time simulated so far [s].
-        stop: called now and then; returns whether the user wants to end the run.
+        progress: called from time to time with the time simulated so far [s].
+        stop: called from time to time; returns whether the user wants to end the run.
         part: a new file for the log, which is otherwise kept in memory.
 
     Raises:
@@ -134,7 +134,7 @@ class _Logged:
         """Moves what was logged since the last call out of the simulator.
 
         Raises:
-            ArithmeticError: where it is not finite; what came before is kept.
+            ArithmeticError: where it is not finite; the log before that is kept.
             OSError: where it cannot be written.
         """
         if self._complete or not self.simulator:
@@ -163,7 +163,7 @@ class _Logged:
         return died if died.startswith(self.died) else self.died
 
     def log(self) -> Log:
-        """Returns all of it."""
+        """Returns the whole log."""
         if self._part and self._part.exists():
             return StoredLog(self._part)
         if not self._pieces:

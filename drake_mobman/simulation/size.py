@@ -15,10 +15,10 @@ _TWICE = 2
 """A log is on disk, or in memory, twice for some time."""
 
 _WIDE = 500
-"""Numbers in a sample of the log: more than any scenario has."""
+"""Upper bound of the numbers in a sample of the log."""
 
 _MOST_STEPS = 10_000
-"""Steps of the plant in a control period."""
+"""Largest number of the plant's steps in a control period."""
 
 
 def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
@@ -26,10 +26,10 @@ def check_room(scenario: AnyScenario, folder: Path | None = None) -> None:
 
     Args:
         scenario: checked, as `load_scenario` returns it.
-        folder: where the log goes, which need not exist; into memory unless given.
+        folder: for the log, which need not exist; in memory unless given.
 
     Raises:
-        ParameterError: where there is no room, or where the run would never end.
+        ParameterError: where there is no room, or the run would take far too long.
     """
     _check_steps(scenario)
     samples = scenario.duration / scenario.period + 1

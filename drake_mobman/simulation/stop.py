@@ -1,7 +1,7 @@
-"""Ending on the user's wish: by Ctrl-C, by `kill`, or by closing the terminal.
+"""Ending a run on request: by Ctrl-C, by `kill`, or by closing the terminal.
 
-A signal only sets a flag. The work checks it where it can end without a loss; so
-no file is ever cut off in the middle.
+A signal only sets a flag. The work checks the flag where it can end without loss, so
+that no file is cut off in the middle.
 """
 
 import signal
@@ -21,7 +21,7 @@ _T = TypeVar("_T")
 
 
 class Stop:
-    """Whether the user wants to end; while entered, it takes the signals.
+    """Whether the user wants to end; handles the signals in a `with` statement.
 
     A signal that the process ignores, as under `nohup`, stays ignored.
     """
@@ -37,7 +37,7 @@ class Stop:
 
     @property
     def status(self) -> int:
-        """Returns the exit status for the first signal, as shells have it, or 0."""
+        """Returns the exit status for the first signal, as in shells, or 0."""
         return 128 + self.received[0] if self.received else 0
 
     def __enter__(self) -> Self:
@@ -52,12 +52,12 @@ class Stop:
             signal.signal(number, handler)
 
     def cut_short(self, signals: int, work: Callable[[], _T]) -> _T:
-        """Returns what `work` returns, unless so many signals come before its end.
+        """Returns what `work` returns, if it ends before a number of signals.
 
-        `work` may be ended anywhere, so it must write nothing.
+        `work` may be ended anywhere, so it must not write any file.
 
         Raises:
-            KeyboardInterrupt: if they do.
+            KeyboardInterrupt: once there are that many signals.
         """
         if len(self.received) >= signals:
             raise KeyboardInterrupt
@@ -65,7 +65,7 @@ class Stop:
             self._raises_at = signals
             return work()
         finally:
-            # Python takes signals at calls, and there is none between `work` and this.
+            # Python handles signals at calls; there is none between `work` and this.
             self._raises_at = None
 
     def _take(self, number: int, _frame: FrameType | None) -> None:

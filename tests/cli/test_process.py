@@ -159,8 +159,8 @@ def test_scenario_that_is_no_file_is_refused(tmp_path, monkeypatch):
     Path("folder").mkdir()
     Path("big.yaml").write_text("# " + "x" * 2_000_000)
     for name, says in (
-        ("pipe", "pipe: cannot be read; it is no file"),
-        ("/dev/zero", "/dev/zero: cannot be read; it is no file"),
+        ("pipe", "pipe: cannot be read; it is not a file"),
+        ("/dev/zero", "/dev/zero: cannot be read; it is not a file"),
         ("loop", "loop: cannot be read; Too many levels of symbolic links"),
         ("folder", "folder: cannot be read; "),
         ("folder/none.yaml", "folder/none.yaml: no such scenario; valid names are"),

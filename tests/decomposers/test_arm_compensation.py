@@ -132,7 +132,7 @@ def test_with_the_rest_the_hand_moves_just_as_commanded(name):
         (0.0, -0.5, 0.3 + 0.2, 0.4 * (0.8 + 0.2) / 0.8),
     ],
 )
-def test_carried_rates_are_as_worked_out_by_hand(psi, e, along, turning):
+def test_base_induced_rates_are_as_worked_out_by_hand(psi, e, along, turning):
     # v_b = 0.3 m/s, omega_b = 0.4 rad/s, l = 0.8 m, d = 0.2 m.
     found = base_induced_rates((0.8, psi, 0.1), 0.3, 0.4, (0.2, e, 0.5))
     np.testing.assert_allclose(found, (along, turning), rtol=0, atol=ROUNDING)

@@ -219,7 +219,7 @@ def test_hand_makes_its_command_along_across_and_up_and_keeps_level(name):
     v_c, omega_c, v_z = command = (0.1, -0.1, 0.0 if name == "planar" else 0.05)
     u, _, _ = settled(name, command)
     (l, psi, _), q = at(name)
-    _, J = BLOCKS[name].hand.pose_and_jacobian(q)
+    _, J = BLOCKS[name].end_effector.pose_and_jacobian(q)
     V_WE = J @ u
     c, s = math.cos(psi), math.sin(psi)
     along, across = c * V_WE[3] + s * V_WE[4], c * V_WE[4] - s * V_WE[3]
@@ -239,13 +239,13 @@ def test_tilted_hand_turns_back():
     last = np.zeros(9)
     for _ in range(60):
         last, _ = block.rates(np.zeros(3), workspace, q, last)
-    _, J = block.hand.pose_and_jacobian(q)
+    _, J = block.end_effector.pose_and_jacobian(q)
     V_WE = J @ last
     assert np.linalg.norm(V_WE[:3]) == pytest.approx(math.sin(0.1), abs=1e-4)
     np.testing.assert_allclose(V_WE[3:], 0.0, atol=1e-6)
-    before, _ = block.hand.pose_and_jacobian(q)
-    after, _ = block.hand.pose_and_jacobian(q + PERIOD * last[2:])
-    level, _ = block.hand.pose_and_jacobian(at(name)[1])
+    before, _ = block.end_effector.pose_and_jacobian(q)
+    after, _ = block.end_effector.pose_and_jacobian(q + PERIOD * last[2:])
+    level, _ = block.end_effector.pose_and_jacobian(at(name)[1])
 
     def tilt(R):
         return RotationMatrix(R @ level.T).ToAngleAxis().angle()

@@ -40,15 +40,15 @@ def test_input_that_finds_no_signal_is_refused_with_the_names_that_there_are():
         ValueError, match=r"'ee_comand'; valid names are y0$"
     ) as refused:
         connect_by_name(builder, outputs([source]), [taker])
-    assert str(refused.value).startswith("taker: nobody puts out its input")
+    assert str(refused.value).startswith("taker: no block has an output for its input")
     connect_by_name(builder, outputs([source]), [Taking("ee_comand")], ["ee_comand"])
 
 
 @pytest.mark.parametrize("source", ["script", "external", "operator"])
-def test_decomposer_that_takes_what_nobody_puts_out_is_refused(source):
+def test_decomposer_with_an_unknown_input_is_refused(source):
     scenario = load_scenario("kwon_1", [f"source={source}"])
     make_diagram(scenario, decomposer=Taking("ee_command"))
-    with pytest.raises(ValueError, match="nobody puts out its input 'workspce'"):
+    with pytest.raises(ValueError, match="has an output for its input 'workspce'"):
         make_diagram(scenario, decomposer=Taking("ee_command", "workspce"))
 
 

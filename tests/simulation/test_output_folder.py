@@ -110,7 +110,7 @@ def test_scenario_written_by_hand_is_not_replaced(tmp_path):
     put(tmp_path / "mine", "scenario.yaml", "# By hand.\nduration: 0.2\n")
     file = tmp_path / "mine" / "scenario.yaml"
     line = refused("run", file, "--out", tmp_path)
-    assert f"it holds scenario.yaml, and no {MANIFEST} that says who wrote it" in line
+    assert f"it holds scenario.yaml, but no {MANIFEST} that shows who wrote it" in line
     assert file.read_text() == "# By hand.\nduration: 0.2\n"
 
 
@@ -119,7 +119,7 @@ def test_folder_of_before_there_was_a_manifest_is_not_replaced(tmp_path):
     (tmp_path / "kwon_1" / MANIFEST).unlink()
     before = content(tmp_path)
     line = refused("run", "kwon_1", *QUICK, "--out", tmp_path)
-    assert f"it holds log.npz, and no {MANIFEST} that says who wrote it" in line
+    assert f"it holds log.npz, but no {MANIFEST} that shows who wrote it" in line
     assert content(tmp_path) == before
 
 
@@ -207,7 +207,7 @@ def test_replay_never_destroys_its_recording(recording, monkeypatch):
     command = ["run", "runs/s/scenario.yaml", "--set", "duration=1", "--no-figures"]
     line = refused(*command)
     assert "it holds a recorded session" in line
-    assert "say another --out" in line
+    assert "choose another --out" in line
     assert content(recording) == before
     assert mobman(*command, "--out", "replays").exit_code == 0
     assert content(recording) == before
@@ -235,12 +235,12 @@ def test_working_folder_that_changes_meanwhile(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("at", ["runs", "runs/kwon_1"])
-def test_link_that_leads_nowhere_is_refused(tmp_path, at):
+def test_broken_link_is_refused(tmp_path, at):
     link = tmp_path / at
     link.parent.mkdir(exist_ok=True)
     link.symlink_to(tmp_path / "nowhere")
     line = refused("run", "kwon_1", *QUICK, "--out", tmp_path / "runs")
-    assert "is a link that leads nowhere" in line
+    assert "is a broken link" in line
     assert not (tmp_path / "nowhere").exists()
 
 

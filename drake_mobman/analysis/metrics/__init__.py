@@ -72,7 +72,7 @@ def metrics(
 
 
 def of_no_sample(run: Run) -> dict[str, Any]:
-    """Returns what is known of a run without its log: why it died, and versions."""
+    """Returns what needs no log: why the run died, and versions."""
     versions = {
         "drake": version("drake"),
         "python": platform.python_version(),

@@ -41,7 +41,7 @@ class _Flips:
         self._last: list[bool] = []  # Whether the base had authority, once known.
 
     def take(self, command: np.ndarray, contribution: np.ndarray) -> None:
-        """Takes in further samples of command and base contribution (N, size)."""
+        """Takes the next samples of command and base contribution (N, size)."""
         part = command[:, self._component]
         base = contribution[:, self._component]
         given = part != 0

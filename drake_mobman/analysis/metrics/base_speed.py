@@ -1,4 +1,4 @@
-"""How fast the base was sent."""
+"""How fast the base was commanded to move."""
 
 from typing import ClassVar
 

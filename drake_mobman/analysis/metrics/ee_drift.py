@@ -1,4 +1,4 @@
-"""How far the end effector gets from where the commands lead."""
+"""How far the end effector drifts from the commanded path."""
 
 from typing import Any, ClassVar
 

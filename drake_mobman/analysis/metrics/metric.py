@@ -13,7 +13,7 @@ COMMANDED = (signals.EE_COMMAND, signals.ARM_COMMAND)
 
 
 class Metric(abc.ABC):
-    """One or more numbers of a run, worked out from its log window by window."""
+    """One or more numbers of a run, computed from its log window by window."""
 
     group: ClassVar[str]  # Heading in a table: "end effector", "base", "arm", ...
     units: ClassVar[Mapping[str, str]]  # Of each number, "" without one, by flat name.

@@ -1,4 +1,4 @@
-"""A stretch of a run's log, short enough for memory."""
+"""A part of a run's log, short enough for memory."""
 
 import dataclasses as dc
 import functools
@@ -16,7 +16,7 @@ _REPEATED = 2
 
 @dc.dataclass(frozen=True)
 class Window:
-    """A stretch of a run's log; `window["ee_command"]` is a signal (N, size)."""
+    """A part of a run's log; `window["ee_command"]` is a signal (N, size)."""
 
     run: Run
     log: Log  # Of this window.
@@ -37,7 +37,7 @@ class Window:
 
     @functools.cached_property
     def motion(self) -> EndEffectorMotion:
-        """Returns the end effector's motion, worked out once for all metrics."""
+        """Returns the end effector's motion, computed once for all metrics."""
         return ee_motion(self.part)
 
     @property
