@@ -52,7 +52,7 @@ def imported(path: Path, names: set[str]) -> Iterator[str]:
     The command line imports what a command needs when it runs.
     """
     tree = ast.parse(path.read_text())
-    nodes = ast.walk(tree) if path.parent.name == "cli" else tree.body
+    nodes = ast.walk(tree) if "cli" in path.parts else tree.body
     for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.module and not node.level:
             parts = node.module.split(".")
@@ -66,7 +66,7 @@ def layers() -> str:
     edges = {
         (name, other)
         for name, folder in folders.items()
-        for path in folder.glob("*.py")
+        for path in folder.rglob("*.py")
         for other in imported(path, set(folders))
         if other != name
     }

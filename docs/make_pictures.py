@@ -23,6 +23,7 @@ import drake_mobman as mm
 from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.arm.limits import end_rates
 from drake_mobman.arm.place_first import place_first
+from drake_mobman.base.jerk_limited import JerkLimited
 from drake_mobman.base.smoother import smoothed
 from drake_mobman.base.velocity_field import VelocityField, field_on
 from drake_mobman.decomposers.projection import Projection, base_speed, radial_weight
@@ -144,6 +145,15 @@ def smoother() -> Figure:
             sent.append(smoothed(sent[-1], wanted, smoothing, step, most))
         label = rf"sent, $\alpha$ = {smoothing:g}"
         axes.plot(time, sent, color=color, lw=2, label=label)
+    params, state = (
+        JerkLimited(max_acceleration=acceleration, max_speed=most),
+        [0.0] * 4,
+    )
+    sent = [0.0]
+    for wanted in raw[1:]:
+        state = params.next(state, [wanted, 0.0], period)
+        sent.append(state[0])
+    axes.plot(time, sent, color=ARM, lw=2, label="sent, jerk limited")
     named(axes, "time [s]", "$v_b$ [m/s]")
     axes.legend(loc="upper right")
     return figure

@@ -34,11 +34,10 @@ def packages() -> dict[str, list[str]]:
     package = ROOT / "drake_mobman"
     found = {GROUND: [_name(path) for path in sorted(package.glob("[a-z]*.py"))]}
     for init in sorted(package.glob("*/__init__.py")):
-        modules = sorted(init.parent.glob("[a-z]*.py"))
+        modules = sorted(init.parent.rglob("*.py"))
         found[init.parent.name] = [_name(path) for path in modules]
     found["diagrams"] = [
-        f"diagrams.{path.stem}"
-        for path in sorted((ROOT / "diagrams").glob("[a-z]*.py"))
+        _name(path) for path in sorted((ROOT / "diagrams").glob("*.py"))
     ]
     return {name: modules for name, modules in found.items() if modules}
 
@@ -56,13 +55,18 @@ def front_page() -> str:
     ]
     for name in sorted(getattr(drake_mobman, "__all__", ()), key=str.lower):
         made = getattr(drake_mobman, name)
-        home = f"{getattr(made, '__module__', '')}.{getattr(made, '__name__', name)}"
-        doc = (getattr(made, "__doc__", None) or "").strip().partition("\n")[0]
-        doc = "" if isinstance(made, str) else doc.replace("|", "\\|")
+        if isinstance(made, str):
+            lines.append(f"| `mm.{name}` | `{made}` |")
+            continue
+        home = f"{made.__module__}.{getattr(made, '__name__', name)}"
+        home = home.removeprefix("drake_mobman.") if "diagrams" in home else home
+        doc = (made.__doc__ or "").strip().partition("\n")[0].replace("|", "\\|")
         link = f'<autoref identifier="{home}" optional><code>mm.{name}</code></autoref>'
         lines.append(f"| {link} | {doc} |")
     return "\n".join(lines) + "\n"
 
 
 def _name(path: Path) -> str:
-    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    """Returns a module's name; that of a package for its `__init__`."""
+    path = path.parent if path.stem == "__init__" else path.with_suffix("")
+    return ".".join(path.relative_to(ROOT).parts)
