@@ -61,7 +61,7 @@ _TINY = 1e-9
 class Exact:
     """How authority is shared, and how the base is turned towards the end effector."""
 
-    share: str = "smoothstep"  # Keeps to the workspace; or "tanh", the paper's.
+    share: str = "smoothstep"  # Keeps to the limits; or "tanh", the paper's.
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
     # At 0, psi would grow to a right angle while the base drives.

@@ -30,7 +30,7 @@ class Metric(abc.ABC):
 
     @abc.abstractmethod
     def numbers(self) -> dict[str, Any]:
-        """Returns the numbers by name; several of one name as a dict of their own.
+        """Returns the numbers by name; several of one name are in a dict.
 
         Their flat names, `name.part`, are the keys of `units`.
         """
