@@ -32,8 +32,8 @@ def add_operator(
         draggable: the bodies that may be dragged; none unless given.
 
     Returns:
-        All output ports. `base_command` is now that of the stop ramp; the former one
-        gets the name of its block in front.
+        All output ports. `base_command` is now the stop ramp's; the raw one's name
+        begins with the name of its block, as in `decomposer.base_command`.
     """
     add, period = builder.AddNamedSystem, scenario.period
     add_source(builder, source)

@@ -11,7 +11,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 B = TypeVar("B")
 V = TypeVar("V")
 
-_OWN = ("__dict__", "__init__", "__weakref__")
+_NOT_COPIED = ("__dict__", "__init__", "__weakref__")
 """Members of a class that are not copied to another class."""
 
 
@@ -27,22 +27,20 @@ def scalar_block(definition: type[B]) -> type[B]:
                 ...
 
     `__init__` declares ports and state; the `LeafSystem` is initialized before, so do
-    not call `super().__init__()`. The arguments of `__init__` are stored, and a
-    conversion to another scalar type calls it again with them. `self.scalar` is the
-    scalar type of a block, and `Gain.template` is Drake's template:
-    `Gain.template[AutoDiffXd]` is a class.
+    not call `super().__init__()`. Its arguments are stored for conversions to another
+    scalar type. `self.scalar` is the block's scalar type, and `Gain.template` is
+    Drake's template: `Gain.template[AutoDiffXd]` is a class.
 
-    There may be a class between the block and `LeafSystem`. The block gets its methods,
-    but `super()` does not find them: call them by the class's name, as in
-    `Base.__init__(self, ...)`.
+    With another class between the block and `LeafSystem`, call that class's methods by
+    its name, as in `Base.__init__(self, ...)`: `super()` does not find them.
 
     Args:
         definition: a `LeafSystem` with vector ports. Where it works for some scalar
             types only, its attribute `scalars` lists them, float first.
 
     Returns:
-        The block for float, with the definition's name, signature and docstring. If it
-        inherits `__init__`, the docstring of that class is added.
+        The block for float, with the definition's name, signature and docstring; the
+        docstring of the class with its `__init__` is added where that is another.
     """
     name = definition.__name__
     own = _members(definition) | {"__doc__": _documentation(definition)}
@@ -60,7 +58,7 @@ def scalar_block(definition: type[B]) -> type[B]:
             args, kwargs = other.built_with
             _construct(self, *args, converter=converter, **kwargs)
 
-        members = own | {
+        members = defined | {
             "scalar": T,
             "_construct": _construct,
             "_construct_copy": _construct_copy,
@@ -80,22 +78,22 @@ def scalar_block(definition: type[B]) -> type[B]:
 
 def _members(definition: type) -> dict[str, Any]:
     """Returns the members that a class, and its bases up to `LeafSystem`, define."""
-    own: dict[str, Any] = {}
+    members: dict[str, Any] = {}
     for each in reversed(definition.__mro__):
         if issubclass(each, LeafSystem) and each not in LeafSystem.__mro__:
-            own |= {key: x for key, x in vars(each).items() if key not in _OWN}
-    return own
+            members |= {k: x for k, x in vars(each).items() if k not in _NOT_COPIED}
+    return members
 
 
 def _documentation(definition: type) -> str:
     """Returns a class's docstring, with that of the class that has its `__init__`."""
-    own = inspect.cleandoc(definition.__doc__ or "")
+    text = inspect.cleandoc(definition.__doc__ or "")
     owner = next(each for each in definition.__mro__ if "__init__" in vars(each))
     if owner is definition:
-        return own
-    _, _, rest = inspect.cleandoc(owner.__doc__ or "").partition("\n\n")
-    rest = rest.replace(f"name: {owner.__name__}", f"name: {definition.__name__}")
-    return f"{own}\n\n{rest}"
+        return text
+    _, _, details = inspect.cleandoc(owner.__doc__ or "").partition("\n\n")
+    name = definition.__name__
+    return f"{text}\n\n{details.replace(f'name: {owner.__name__}', f'name: {name}')}"
 
 
 def _without_self(method: Callable[..., None]) -> inspect.Signature:

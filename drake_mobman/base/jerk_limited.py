@@ -79,8 +79,8 @@ def jerk_limited(
 ) -> tuple[Scalar, Scalar]:
     """Returns one component of the next smoothed command, and its slope.
 
-    The slope is small enough for the jerk to bring it to 0 within the gap that is left.
-    It is the law of a joint near the end of its range, one derivative higher.
+    The slope is so small that the jerk can bring it to 0 before the command reaches the
+    raw one. It is the law of a joint near the end of its range, one derivative higher.
 
     Args:
         last: the last smoothed command.

@@ -1,6 +1,6 @@
 """The base as a unicycle: it rolls along its heading and turns (Kwon et al., eq. 1).
 
-The paper prints `v_bm`, the projection on the reach, where `v_b` must stand.
+The paper prints `v_bm`, the projection on the reach, in place of `v_b`.
 """
 
 from pydrake.math import cos, sin

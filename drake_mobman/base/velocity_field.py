@@ -54,7 +54,7 @@ class Zone(enum.IntFlag):
 
 @dc.dataclass
 class VelocityField:
-    """Gains and thresholds; the paper gives none.
+    """Gains and thresholds; the paper gives no values.
 
     The defaults are for a Franka arm (r_f = 0.7 m) on a TIAGo base (0.27 m in radius)
     that follows a hand of 0.35 m/s at up to 0.5 m/s and 1 rad/s.
@@ -116,7 +116,7 @@ class VelocityField:
 
     @property
     def label(self) -> str:
-        """Returns its name among others, as on the console."""
+        """Returns the controller's name on the console."""
         return f"field, {self.law}"
 
     def variants(self) -> list["VelocityField"]:

@@ -18,5 +18,5 @@ if TYPE_CHECKING:
     Decomposer = DecomposerParams
 else:
     (Decomposer,) = unions_of(globals(), DecomposerParams)
-    # A base controller is a decomposer too: the arm makes up the difference.
+    # A base controller can decompose too: the arm then compensates for the base.
     Decomposer |= BaseController

@@ -22,7 +22,7 @@ class Blending:
 
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
-    share: str = "tanh"  # As printed; or "smoothstep", which keeps to the workspace.
+    share: str = "tanh"  # As printed; or "smoothstep", which keeps to the limits.
     # How the base's speed follows from its contribution.
     projection: Projection = dc.field(default_factory=Projection)
 

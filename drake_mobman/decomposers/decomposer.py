@@ -68,7 +68,7 @@ class DecomposerParams(Protocol):
 
 
 class ShareParams(Protocol):
-    """Parameters of a decomposer by shares."""
+    """Parameters of a decomposer that gives the base a share of the command."""
 
     projection: Projection
 

@@ -93,16 +93,18 @@ class DiffIk:
 # The law.
 
 
-def nonholonomic_map(theta: float, joints: int) -> Any:
+def nonholonomic_map(theta: float, num_joints: int) -> Any:
     """Returns N(q) (3 + n, 2 + n), which maps u to the rates of all positions.
 
     x' = v_b cos(theta), y' = v_b sin(theta), theta' = omega_b; joint rates unchanged.
 
     Args:
         theta: heading of the base [rad].
-        joints: of the arm, n.
+        num_joints: of the arm, n.
     """
-    N = np.eye(BASE_JOINTS + joints, BASE_RATES + joints, BASE_RATES - BASE_JOINTS)
+    N = np.eye(
+        BASE_JOINTS + num_joints, BASE_RATES + num_joints, BASE_RATES - BASE_JOINTS
+    )
     N[:BASE_JOINTS] = 0.0
     N[0, 0], N[1, 0], N[2, 1] = math.cos(theta), math.sin(theta), 1.0
     return N
@@ -143,13 +145,13 @@ class EndEffectorModel:
     Each call overwrites its context: do not share one object between threads.
     """
 
-    def __init__(self, plant: Any, joints: int) -> None:
-        """Takes a finalized plant of x, y, theta and the arm's `joints`."""
+    def __init__(self, plant: Any, num_joints: int) -> None:
+        """Takes a finalized plant of x, y, theta and the arm's joints."""
         self._plant = plant
         self._context = plant.CreateDefaultContext()
-        self._q = np.zeros(BASE_JOINTS + joints)
+        self._q = np.zeros(BASE_JOINTS + num_joints)
         self._B, self._E = map(plant.GetFrameByName, ("base", "tool"))
-        self._N = nonholonomic_map(0.0, joints)
+        self._N = nonholonomic_map(0.0, num_joints)
 
     def pose_and_jacobian(self, q: Any) -> tuple[Any, Any]:
         """Returns R_BE (3, 3) and the Jacobian (6, 2 + n) of V_WE in B by u.

@@ -59,9 +59,9 @@ _TINY = 1e-9
 
 @dc.dataclass
 class Exact:
-    """How authority is shared, and how the base is turned towards the end effector."""
+    """How authority is shared, and how the base turns towards the end effector."""
 
-    share: str = "smoothstep"  # Keeps to the workspace; or "tanh", the paper's.
+    share: str = "smoothstep"  # Keeps to the limits; or "tanh", the paper's.
     alpha: float = 21.0  # Sharpness of the transition in l [1/m].
     beta: float = 21.0  # Sharpness of the transition in psi [1/rad].
     # At 0, psi would grow to a right angle while the base drives.
@@ -110,10 +110,9 @@ def exact_base(
     """Returns v_b [m/s] and omega_b [rad/s] for the whole command, without limits.
 
     omega_b is the base's share of omega_c, plus the field's rate of turning towards the
-    end effector (Petric & Zlajpah, eqs. 5 and 6). v_c less the effect of omega_b on the
-    reach is left; v_b makes the base's share of it along the reach: all of the share up
-    to 60 degrees aside, and none at a right angle. So at a limit of l the base alone
-    moves the end effector.
+    end effector (Petric & Zlajpah, eqs. 5 and 6). omega_b also changes the reach; v_b
+    makes the base's share of the rest of v_c: all of that share up to 60 degrees aside,
+    and none at a right angle. So at a limit of l the base alone moves the end effector.
 
     Args:
         command: `ee_command` (3,).
@@ -144,7 +143,7 @@ def exact_base(
 
 
 class BaseCommand(NamedTuple):
-    """A `base_command`, and how the end effector's command was scaled for it."""
+    """A `base_command`, and how the command was scaled for it."""
 
     base: tuple[Scalar, Scalar]  # v_b [m/s], omega_b [rad/s].
     factors: Factors

@@ -1,6 +1,6 @@
 """How much of the command the limits allow: one factor for end effector and base.
 
-Scaled together, the end effector slows down and keeps its direction.
+With both scaled alike, the end effector slows down but keeps its direction.
 """
 
 import dataclasses as dc
@@ -173,11 +173,11 @@ class Limiter:
     ) -> tuple[Scalar, Scalar, Scalar]:
         """Returns as much of the base's motion as the arm can compensate for.
 
-        The end effector is at rest in W meanwhile. Where a joint near its limit leaves
-        little of the whole motion, the base rather turns on the spot, which may free
-        the joint: a mean of two motions that the joints can follow can be followed,
-        too. The base does not turn towards an end effector at the shoulder's axis,
-        which has no bearing.
+        The end effector is to stay at rest in W. Where a joint near its limit allows
+        little of the motion, the base mostly turns on the spot, which may free the
+        joint: if the joints can follow two motions, they can follow a mean of them. The
+        base does not turn towards an end effector at the shoulder's axis, which has no
+        bearing.
 
         Args:
             q: joint angles (n,) [rad].

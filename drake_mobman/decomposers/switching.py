@@ -12,8 +12,8 @@ from drake_mobman.scalars import Scalar, Vector, where
 def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Scalar:
     """Returns the base's share, 0 or 1, of a command along one coordinate.
 
-    The direction of the command selects the limit, so that an arm outside its
-    workspace can always move back in.
+    The direction of the command selects the limit, so that an arm outside the limits
+    can always move back in.
 
     Args:
         command: commanded rate, `v_c` [m/s] or `omega_c` [rad/s].
@@ -29,7 +29,7 @@ def switched_share(command: Scalar, x: Scalar, lower: float, upper: float) -> Sc
 
 @dc.dataclass
 class Switching:
-    """The base moves outside the workspace, the arm inside."""
+    """The base moves outside the workspace limits, the arm inside."""
 
     # How the base's speed follows from its contribution.
     projection: Projection = dc.field(default_factory=Projection)
@@ -50,7 +50,7 @@ class Switching:
 
 @scalar_block
 class SwitchingDecomposer(ShareDecomposer):
-    """The base moves outside the workspace, the arm inside (Kwon, eqs. 12, 13)."""
+    """Switches authority at the workspace limits (Kwon, eqs. 12, 13)."""
 
 
 SwitchingDecomposer_ = SwitchingDecomposer.template

@@ -1,4 +1,4 @@
-"""The figures of a velocity field, in a folder of their own."""
+"""The figures of a velocity field, written to a folder."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -116,7 +116,7 @@ class ReducedArm:
     yaw: float  # Of the arm's foot in B [rad].
     elbow: tuple[float, float]  # Ahead of and above the shoulder, arm at zero [m].
     wrist: tuple[float, float]  # T ahead of and above the elbow, arm at zero [m].
-    hand: tuple[float, float]  # E ahead of and above T, arm at zero [m].
+    tool: tuple[float, float]  # E ahead of and above T, arm at zero [m].
 
     @property
     def l_0(self) -> float:
@@ -151,12 +151,12 @@ class ReducedArm:
     def p_SE(self, q: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the position of E from S in the first link's axes [m].
 
-        As `p_BT`, but with wrist + R_z(q_5) R_y(-q_6) hand, for any scalar.
+        As `p_BT`, but with wrist + R_z(q_5) R_y(-q_6) tool, for any scalar.
 
         Args:
             q: joint angles (6 or more,) [rad].
         """
-        out, above = _rotated(*self.hand, q[5])
+        out, above = _rotated(*self.tool, q[5])
         ahead, aside = out * cos(q[4]), out * sin(q[4])
         wrist = self.wrist
         return self._from_elbow(q, wrist[0] + ahead, aside, wrist[1] + above)
@@ -191,9 +191,9 @@ def reduced_arm(plant: Any) -> ReducedArm:
         for link in ("link0", "link2", "link4", "tee", "tool")
     )
     R_FB = X_BF.rotation().inverse()
-    elbow, wrist, hand = (
+    elbow, wrist, tool = (
         tuple((R_FB @ (to.translation() - by.translation()))[[0, 2]].tolist())
         for by, to in ((X_BS, X_BL), (X_BL, X_BT), (X_BT, X_BE))
     )
     p_BS, yaw = X_BS.translation(), RollPitchYaw(X_BF.rotation()).yaw_angle()
-    return ReducedArm(tuple(p_BS.tolist()), yaw, elbow, wrist, hand)
+    return ReducedArm(tuple(p_BS.tolist()), yaw, elbow, wrist, tool)

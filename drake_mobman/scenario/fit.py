@@ -39,8 +39,8 @@ def check_workspace(
 ) -> None:
     """Raises `ParameterError` where the arm does not reach its workspace limits.
 
-    Authority would then never pass to the base. Each limit is checked at the point of
-    the workspace nearest to the start.
+    Authority would then never pass to the base. Each limit is checked as near to the
+    start as the other limits allow.
     """
     inside = (
         min(max(start.l, workspace.l_min), workspace.l_max),

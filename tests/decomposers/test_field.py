@@ -1,4 +1,4 @@
-"""Tele-operation by the field: the block, its ports, and what each depends on."""
+"""Teleoperation by the field: the block, its ports, and what each depends on."""
 
 import dataclasses as dc
 import math

@@ -52,12 +52,12 @@ def metrics(
     """Returns a run's metrics by name, in SI units; see the run folder's documentation.
 
     A number is None where the run is too short for it, and missing where the run died
-    before its first sample. The log is read in windows, so that it fits into memory
-    whatever its length.
+    before its first sample. The log is read in windows, so that a log of any length
+    fits into memory.
 
     Args:
         run: to measure.
-        progress: called now and then with the time measured so far [s].
+        progress: called from time to time with the time measured so far [s].
     """
     numbers: dict[str, Any] = {}
     if len(run.time):

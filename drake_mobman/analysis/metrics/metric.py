@@ -1,4 +1,4 @@
-"""What a metric is."""
+"""The interface of a metric."""
 
 import abc
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ class Metric(abc.ABC):
 
     group: ClassVar[str]  # Heading in a table: "end effector", "base", "arm", ...
     units: ClassVar[Mapping[str, str]]  # Of each number, "" without one, by flat name.
-    needs: ClassVar[tuple[str, ...]] = ()  # Signals without which there is none.
+    needs: ClassVar[tuple[str, ...]] = ()  # Signals that the metric needs.
 
     @classmethod
     def applies(cls, log: Log) -> bool:
@@ -30,7 +30,7 @@ class Metric(abc.ABC):
 
     @abc.abstractmethod
     def numbers(self) -> dict[str, Any]:
-        """Returns the numbers by name; several of one name as a dict of their own.
+        """Returns the numbers by name; several of one name are in a dict.
 
         Their flat names, `name.part`, are the keys of `units`.
         """
