@@ -43,7 +43,7 @@ def scalar_block(definition: type[B]) -> type[B]:
         docstring of the class with its `__init__` is added where that is another.
     """
     name = definition.__name__
-    own = _members(definition) | {"__doc__": _documentation(definition)}
+    defined = _members(definition) | {"__doc__": _documentation(definition)}
     construct: Callable[..., None] = definition.__init__
 
     def instantiation(T: Any) -> type:
@@ -66,7 +66,9 @@ def scalar_block(definition: type[B]) -> type[B]:
         return type(name, (LeafSystem_[T],), members)
 
     scope = inspect.getmodule(definition)
-    define = TemplateSystem.define(f"{name}_", T_list=own.get("scalars"), scope=scope)
+    define = TemplateSystem.define(
+        f"{name}_", T_list=defined.get("scalars"), scope=scope
+    )
     template = define(instantiation)
     block = template[None]
     block.template = template

@@ -12,7 +12,7 @@ from drake_mobman.arm.limits import (
     bounded_rates,
     filled_rates,
 )
-from drake_mobman.arm.place_first import best_placed, place_first, relieved
+from drake_mobman.arm.place_first import give_way
 from drake_mobman.blocks import scalar_block
 from drake_mobman.scalars import Scalar, Vector
 
@@ -41,13 +41,10 @@ def rates_within_limits(
     if bound >= float(ArmStatus.JOINT_LIMIT):
         parts = arm.oriented_parts(q, command, arm.ee_cylindrical(q)[1])
         ways = ee, parts.ee
-        placed = best_placed(
-            ways,
-            lambda rates: place_first(rates, parts.turns, arm.wrist, q, limits, period),
-        )
-        if placed.gives_way:
-            rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
-            extra = relieved(extra, dict.fromkeys(placed.held, 0.0), parts.turns)
+        placed = give_way(ways, extra, parts.turns, arm.wrist, q, limits, period)
+        if placed:
+            rates, extra = placed
+            bound = bound + float(ArmStatus.ORIENTATION)
     rates = filled_rates(rates, extra, q, limits, period)
     return rates, bound + damped * float(ArmStatus.SINGULAR)
 

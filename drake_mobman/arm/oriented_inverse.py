@@ -13,7 +13,7 @@ from drake_mobman.arm.limits import (
     bounded_rates,
     filled_rates,
 )
-from drake_mobman.arm.place_first import best_placed, place_first, relieved
+from drake_mobman.arm.place_first import give_way
 from drake_mobman.blocks import scalar_block
 from drake_mobman.parameters import ParameterError
 from drake_mobman.scalars import Scalar, Vector
@@ -63,13 +63,10 @@ def oriented_rates(
     extra = parts.posture
     if bound > 0:
         ways = wanted, turned, parts.ee
-        placed = best_placed(
-            ways,
-            lambda rates: place_first(rates, parts.turns, arm.wrist, q, limits, period),
-        )
-        if placed.gives_way:
-            rates, bound = placed.rates, bound + float(ArmStatus.ORIENTATION)
-            extra = relieved(extra, dict.fromkeys(placed.held, 0.0), parts.turns)
+        placed = give_way(ways, extra, parts.turns, arm.wrist, q, limits, period)
+        if placed:
+            rates, extra = placed
+            bound = bound + float(ArmStatus.ORIENTATION)
     rates = filled_rates(rates, extra, q, limits, period)
     return rates, bound + parts.damped * float(ArmStatus.SINGULAR)
 

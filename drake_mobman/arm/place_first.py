@@ -5,7 +5,7 @@ the limit of one of them would slow the end effector down, it turns about E inst
 that this joint is relieved: about the vertical if that is enough, else about any axis.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -107,19 +107,31 @@ def place_first(
         rates = relieved(wanted, held, turns)
 
 
-def best_placed(ways: Sequence[Vector], place: Callable[[Vector], Placed]) -> Placed:
-    """Returns the best of several joint rates that move E alike.
+def give_way(
+    ways: Sequence[Vector],
+    posture: Vector,
+    turns: Matrix,
+    wrist: Sequence[int],
+    q: Vector,
+    limits: JointLimits,
+    period: float,
+) -> tuple[Vector, Vector] | None:
+    """Returns joint and posture rates where the orientation gives way, else None.
 
     Args:
-        ways: joint rates (n,) [rad/s], by preference; the first are those wanted. Later
-            ones count only while all before fall short of E's velocity.
-        place: `place_first` of such rates, all else given.
+        ways: joint rates (n,) [rad/s] that move E alike, by preference; the first are
+            those wanted. Later ones count only while all before fall short of E's
+            velocity.
+        posture: joint rates (n,) [rad/s] towards the posture.
+        turns: and all else as for `place_first`.
     """
-    best = place(ways[0])
+    best = place_first(ways[0], turns, wrist, q, limits, period)
     for other in ways[1:]:
         if not best.share < 1:
             break
-        placed = place(other)
+        placed = place_first(other, turns, wrist, q, limits, period)
         if placed.share > _BETTER * best.share:
             best = placed._replace(gives_way=True)
-    return best
+    if not best.gives_way:
+        return None
+    return best.rates, relieved(posture, dict.fromkeys(best.held, 0.0), turns)
