@@ -70,8 +70,7 @@ def scalar_block(definition: type[B]) -> type[B]:
         f"{name}_", T_list=defined.get("scalars"), scope=scope
     )
     template = define(instantiation)
-    block = template[None]
-    block.template = template
+    block, block.template = template[None], template
     block.__name__ = block.__qualname__ = name
     block.__module__ = definition.__module__
     block.__signature__ = _without_self(construct)

@@ -115,7 +115,7 @@ def give_way(
     q: Vector,
     limits: JointLimits,
     period: float,
-) -> tuple[Vector, Vector] | None:
+) -> tuple[list[Scalar], list[Scalar]] | None:
     """Returns joint and posture rates where the orientation gives way, else None.
 
     Args:
@@ -123,7 +123,11 @@ def give_way(
             those wanted. Later ones count only while all before fall short of E's
             velocity.
         posture: joint rates (n,) [rad/s] towards the posture.
-        turns: and all else as for `place_first`.
+        turns: joint rates (n, 3) that turn E in its place.
+        wrist: indices of the joints that serve the orientation only.
+        q: joint angles (n,) [rad].
+        limits: of the joints.
+        period: for which the rates are held [s].
     """
     best = place_first(ways[0], turns, wrist, q, limits, period)
     for other in ways[1:]:
