@@ -27,11 +27,11 @@ LOOP = f"""
   smoother; inverse [label="arm inverse"];
   robot [color="{ORANGE}", fontcolor="{ORANGE}"];
   source -> guard [label="ee_command"];
-  guard -> decomposer [label="ee_command"];
+  guard -> decomposer;
   decomposer -> smoother [label="base_command"];
   decomposer -> inverse [label="arm_command"];
-  smoother -> robot [label="base_command_smoothed"];
-  inverse -> robot [label="arm_velocity_command"];
+  smoother -> robot [label="base_command_\\nsmoothed"];
+  inverse -> robot [label="arm_velocity_\\ncommand"];
   smoother -> decomposer [constraint=false, style=dashed];
   robot -> decomposer [constraint=false, style=dashed,
                        label="ee_cylindrical, arm_position"];

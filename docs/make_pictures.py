@@ -255,7 +255,7 @@ def exact() -> Figure:
         )
     axes.set_ylim(1e-17, 10)
     named(axes, "time [s]", "velocity error [m/s]")
-    axes.legend(loc="center right")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return figure
 
 

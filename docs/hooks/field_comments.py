@@ -31,9 +31,10 @@ class FieldComments(Extension):
             and (comment := _comment(lines, member.lineno - 1, member.endlineno - 1))
         ]
         if fields:
-            text = obj.docstring.value if obj.docstring else ""
-            text = "\n".join([text, "", "Args:", *fields]).strip()
-            obj.docstring = Docstring(text, parent=obj)
+            docstring = obj.docstring or Docstring("", parent=obj, parser="google")
+            lines = [docstring.value, "", "Args:", *fields]
+            docstring.value = "\n".join(lines).strip()
+            obj.docstring = docstring
 
 
 def _comment(lines: list[str], first: int, last: int) -> str:
