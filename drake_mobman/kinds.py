@@ -21,8 +21,9 @@ def unions_of(namespace: Mapping[str, Any], *protocols: Any) -> tuple[Any, ...]:
         TypeError: where a dataclass implements none of them; names what it lacks.
     """
     found: dict[Any, list[Any]] = {protocol: [] for protocol in protocols}
-    for x in [*namespace.values()]:
-        if not (isinstance(x, type) and dc.is_dataclass(x)):
+    for name, x in namespace.items():
+        # By its own name: an alias is another kind's union, of one member.
+        if not (isinstance(x, type) and dc.is_dataclass(x) and x.__name__ == name):
             continue
         lacking = {protocol: _lacking(x, protocol) for protocol in protocols}
         nearest = min(protocols, key=lambda protocol: len(lacking[protocol]))
