@@ -76,7 +76,7 @@ def test_lengths_are_the_same_however_it_is_mounted(yaw):
     found, plain = (
         reduced_arm(m.plant) for m in (MODELS[yaw], RobotModel(FrankaTiago()))
     )
-    for name in ("elbow", "wrist", "hand"):
+    for name in ("elbow", "wrist", "tool"):
         np.testing.assert_allclose(
             getattr(found, name), getattr(plain, name), atol=SAME
         )
