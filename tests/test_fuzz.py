@@ -259,7 +259,7 @@ def mangled_files(draw):
 
 CASES = changed_scenarios() | changed_scenarios() | mangled_files()
 QUIETLY = settings(
-    suppress_health_check=list(HealthCheck), max_examples=300, print_blob=True
+    suppress_health_check=list(HealthCheck), max_examples=150, print_blob=True
 )
 
 

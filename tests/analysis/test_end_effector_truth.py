@@ -151,6 +151,7 @@ def test_live_error_is_the_metrics_own(name):
     assert np.abs(run.log[signals.EE_COMMAND]).max() >= 0.2
 
 
+@pytest.mark.realtime
 def test_a_session_of_a_robot_with_masses_shows_a_hand_that_follows():
     scenario = load_scenario("kwon_spatial", ["fidelity=!Servo {}", "compiled=true"])
     with LiveSession(scenario) as session:

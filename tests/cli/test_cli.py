@@ -390,6 +390,7 @@ def test_graph_refuses_other_kinds_of_file(tmp_path):
     assert "must end in .svg or .dot" in line
 
 
+@pytest.mark.slow
 def test_field_draws_both_laws(tmp_path):
     out = tmp_path / "new" / "field"
     assert mobman("field", "petric_guided", "--out", out).exit_code == 0

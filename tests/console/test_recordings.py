@@ -25,6 +25,8 @@ from drake_mobman.simulation.run_folder import RUN, write_log
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.recorded import COMMANDS, read_samples
 
+pytestmark = pytest.mark.realtime
+
 PATIENCE = 20.0
 """Of a test that waits for what is to happen at once [s]."""
 

@@ -315,13 +315,14 @@ def turned(run):
 @pytest.mark.parametrize("smoother", ["smoother=unsmoothed", SMOOTHED])
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial"])
 def test_hand_does_as_the_operator_says_and_keeps_the_workspace(name, smoother):
-    run = run_of(name, smoother)
+    run = run_of(name, smoother, "compiled=true")
     assert not statuses(run).any()
     assert errors(run).max() < EXACT
     check_a_minute(run)
     # So it is not for want of turning the base, nor of the limits being reached.
     assert np.abs(run.log["base_command_smoothed"]).max(axis=0).min() > 0.3
-    printed = metrics(simulate(load_scenario(name, ["decomposer=blending"])))
+    blending = "decomposer=blending", "compiled=true"
+    printed = metrics(simulate(load_scenario(name, blending)))
     assert printed["ee_error_rms"] > 0.06
 
 
@@ -381,7 +382,7 @@ def test_hand_that_reaches_the_end_of_the_arm_comes_to_rest_with_its_base():
 
 @pytest.mark.parametrize("name", ["kwon_spatial", "kwon_franka"])
 def test_with_masses_the_hand_does_as_told_to_a_centimetre_a_second(name):
-    servo = "fidelity=servo", "compiled=true"
+    servo = "fidelity=servo", "compiled=true", "duration=25"
     exact = metrics(simulate(load_scenario(name, servo)))
     other = {
         "kwon_spatial": "decomposer=blending",
