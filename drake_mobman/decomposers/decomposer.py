@@ -122,16 +122,19 @@ class ShareDecomposer(LeafSystem):
         self, command: Vector, at: Vector, _q: Vector, _smoothed: Vector
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
-        mu, nu = self.params.shares(self.workspace, command, at)
         v_c, omega_c, v_z = command
-        v_bm, omega_b = mu * v_c, nu * omega_c
+        v_bm, omega_b = self._contribution(command, at)
         v_b = base_speed(v_bm, at[1], self.params.projection)
         return v_b, omega_b, v_c - v_bm, omega_c - omega_b, v_z
 
     def _calc_contribution(self, context: Any, output: Any) -> None:
         command, at = self.command.Eval(context), self.ee_cylindrical.Eval(context)
+        output.SetFromVector(np.array(self._contribution(command, at)))
+
+    def _contribution(self, command: Vector, at: Vector) -> tuple[Scalar, Scalar]:
+        """Returns the components of `base_contribution`."""
         mu, nu = self.params.shares(self.workspace, command, at)
-        output.SetFromVector(np.array([mu * command[0], nu * command[1]]))
+        return mu * command[0], nu * command[1]
 
     def _calc_base(self, context: Any, output: Any) -> None:
         v_bm, omega_b = self.base_contribution.Eval(context)

@@ -58,7 +58,7 @@ SHARPNESS_L = Range(0.1, 1e4, "1/m")
 SHARPNESS_PSI = Range(0.1, 1e4, "1/rad")
 
 
-class ShareParams(Protocol):
+class ShareLawParams(Protocol):
     """Parameters of a share law, for l and for psi."""
 
     share: str  # One of `SHARES`.
@@ -67,7 +67,7 @@ class ShareParams(Protocol):
 
 
 def authority_shares(
-    params: ShareParams, limits: WorkspaceLimits, command: Vector, at: Vector
+    params: ShareLawParams, limits: WorkspaceLimits, command: Vector, at: Vector
 ) -> tuple[Scalar, Scalar]:
     """Returns the base's shares, in [0, 1], of `v_c` and of `omega_c` (eqs. 14, 15).
 
