@@ -10,6 +10,7 @@ from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_mobman.frames import body
 from drake_mobman.guidance.guiding_hand import GuidingHand
 from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robot_model import RobotSetup
@@ -79,7 +80,7 @@ def _hand(scenario: Guided, setup: RobotSetup, *, operated: bool) -> Any:
     """Returns the hand, which an operator moves, or which moves along its path."""
     if operated:
         return LedHand(scenario.hand, scenario.drag, setup.model, setup.period)
-    tool = setup.model.plant.GetBodyByName("tool").index()
+    tool = body(setup.model.plant, "tool").index()
     return GuidingHand(
         scenario.hand, setup.period, tool, maybe_compiled=setup.maybe_compiled
     )

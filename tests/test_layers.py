@@ -7,7 +7,7 @@ ROOT = Path(__file__).parents[1]
 
 LAYERS = (
     (
-        *("blocks", "compiled", "exit_status", "files", "kinds", "lazy", "meshcat"),
+        *("blocks", "compiled", "exit_status", "files", "frames", "kinds", "lazy"),
         *(
             "output",
             "parameters",
@@ -16,7 +16,7 @@ LAYERS = (
             "signals",
             "subexpressions",
         ),
-        *("terminal", "ticks"),
+        *("meshcat", "terminal", "ticks"),
     ),
     ("arm",),
     ("robot_model",),

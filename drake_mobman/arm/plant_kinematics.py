@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 
+from drake_mobman.frames import frame
 from drake_mobman.scalars import Matrix, Vector
 
 
@@ -22,7 +23,7 @@ class PlantKinematics:
         self._context = plant.CreateDefaultContext()
         self._q = plant.GetPositions(self._context)
         self._arm = slice(len(self._q) - num_joints, None)
-        self._B, self._T, self._E = map(plant.GetFrameByName, ("base", "tee", "tool"))
+        self._B, self._T, self._E = (frame(plant, x) for x in ("base", "tee", "tool"))
 
     def set(self, q: Vector) -> None:
         """Sets the arm's joint angles (n,) [rad]."""

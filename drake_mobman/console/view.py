@@ -16,6 +16,7 @@ from pydrake.visualization import VisualizationConfig
 from drake_mobman import signals
 from drake_mobman.console.frame import Frame, Trail
 from drake_mobman.console.snapshot import Snapshot
+from drake_mobman.frames import frame
 from drake_mobman.meshcat import offline_meshcat
 from drake_mobman.robot_model.model import drawn_plant
 from drake_mobman.scenario import AnyScenario
@@ -122,7 +123,7 @@ class Picture:
         }
         if hand:
             poses[_HAND] = RigidTransform(hand)
-        tool = self._plant.GetFrameByName("tool").CalcPoseInWorld(self._context)
+        tool = frame(self._plant, "tool").CalcPoseInWorld(self._context)
         ends = {_EE_TRAIL: tuple(tool.translation()), _BASE_TRAIL: (*pose[:2], 0.005)}
         for path, trail in self._trails.items():
             begun = Trail(trail.total) if restarted else trail

@@ -27,6 +27,7 @@ from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import JointLimits, braking_rate
 from drake_mobman.arm.orientation import orientation_error, rotation_about_z
 from drake_mobman.decomposers.optimization import BASE_RATES, OptimizationDecomposer
+from drake_mobman.frames import frame
 from drake_mobman.parameters import (
     ACCELERATION,
     GAIN,
@@ -150,7 +151,7 @@ class EndEffectorModel:
         self._plant = plant
         self._context = plant.CreateDefaultContext()
         self._q = np.zeros(BASE_JOINTS + num_joints)
-        self._B, self._E = map(plant.GetFrameByName, ("base", "tool"))
+        self._B, self._E = frame(plant, "base"), frame(plant, "tool")
         self._N = nonholonomic_map(0.0, num_joints)
 
     def pose_and_jacobian(self, q: Any) -> tuple[Any, Any]:

@@ -24,6 +24,7 @@ from drake_mobman.figures.style import (
     new_figure,
     span,
 )
+from drake_mobman.frames import body
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.simulation.run import Run
 
@@ -98,15 +99,16 @@ def _commanded_paths(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _arms(model: RobotModel, q: np.ndarray) -> list[np.ndarray]:
     """Returns x, y (links, 2) [m] along the arm at each of the positions (k, 3 + n)."""
     joints = map(model.plant.get_joint, model.plant.GetJointIndices())
-    parents = {j.child_body().name(): j.parent_body().name() for j in joints}
-    links = ["tool"]
-    while parents[links[-1]] != "base":
-        links.append(parents[links[-1]])
-    arms = []
-    for sample in q:
-        model.set_state(sample, np.zeros_like(sample))
-        arms.append(np.array([model.p_W(link)[:2] for link in links]))
-    return arms
+    parents = {j.child_body().index(): j.parent_body() for j in joints}
+    links = [body(model.plant, "tool")]
+    base = body(model.plant, "base").index()
+    while parents[links[-1].index()].index() != base:
+        links.append(parents[links[-1].index()])
+    states = np.hstack([q, np.zeros_like(q)])
+    return [
+        np.array([model.motion_W(link, state)[0][:2] for link in links])
+        for state in states
+    ]
 
 
 def _draw_robot(axes: Axes, pose: np.ndarray, arm: np.ndarray, alpha: float) -> None:

@@ -7,6 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Demultiplexer
 
 from drake_mobman import signals
+from drake_mobman.frames import body
 from drake_mobman.robot_model import RobotModel
 
 
@@ -44,7 +45,7 @@ class _ToolMotion(LeafSystem):
     def __init__(self, model: RobotModel) -> None:
         super().__init__()
         self.model = model
-        self.tool = model.plant.GetBodyByName("tool")
+        self.tool = body(model.plant, "tool")
         plant = model.plant
         size = plant.num_positions() + plant.num_velocities()
         self.state = self.DeclareVectorInputPort(signals.ROBOT_STATE, size)

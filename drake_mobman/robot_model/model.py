@@ -4,12 +4,12 @@ from typing import Any, Protocol
 
 import numpy as np
 from pydrake.geometry import SceneGraph
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, JacobianWrtVariable
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.frames import frame
 from drake_mobman.robot_model.base_limits import BaseLimits
 from drake_mobman.robot_model.reach import Reach
 
@@ -26,8 +26,12 @@ class RobotDescription(Protocol):
     def defaults(self) -> list[Any]:
         """Returns parameters that fit the robot, at most one of each class."""
 
-    def urdf(self) -> str:
-        """Returns the robot as URDF, with links `base`, `tee` (T) and `tool` (E)."""
+    def add_to(self, plant: Any) -> list[Any]:
+        """Adds the robot to a plant that is not finalized; returns its model instances.
+
+        It has bodies `base` (B), `tee` (T) and `tool` (E), and joints `x`, `y` and
+        `theta` that move the base, each with an actuator, before those of the arm.
+        """
 
     def arm(self, plant: Any = None) -> ArmKinematics:
         """Returns the arm's kinematics."""
@@ -47,7 +51,7 @@ def drawn_plant(robot: RobotDescription) -> tuple[Any, Any]:
     """Returns the robot as a finalized `MultibodyPlant`, and its `SceneGraph`."""
     scene_graph, plant = SceneGraph(), MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
+    robot.add_to(plant)
     plant.Finalize()
     return plant, scene_graph
 
@@ -75,7 +79,7 @@ class RobotModel:
 
     def __init__(self, robot: RobotDescription) -> None:
         self.plant = MultibodyPlant(0.0)
-        Parser(self.plant).AddModelsFromString(robot.urdf(), "urdf")
+        robot.add_to(self.plant)
         self.plant.Finalize()
         arm = moving_joints(self.plant)[BASE_JOINTS:]
         self.arm_joints = [joint.name() for joint in arm]
@@ -92,13 +96,12 @@ class RobotModel:
 
     def p_W(self, link: str) -> Any:
         """Returns the position (3,) of a link's origin in W [m]."""
-        frame = self.plant.GetFrameByName(link)
-        return frame.CalcPoseInWorld(self._context).translation()
+        return frame(self.plant, link).CalcPoseInWorld(self._context).translation()
 
     def v_W(self, link: str) -> Any:
         """Returns the velocity (3,) of a link's origin in W [m/s]."""
-        frame = self.plant.GetFrameByName(link)
-        return frame.CalcSpatialVelocityInWorld(self._context).translational()
+        found = frame(self.plant, link)
+        return found.CalcSpatialVelocityInWorld(self._context).translational()
 
     def motion_W(self, body: Any, state: Any) -> tuple[Any, Any]:
         """Returns position [m] and velocity [m/s] (3,) in W of a body's origin.
@@ -137,11 +140,11 @@ class RobotModel:
 
         For an arm with fewer than three joints, sqrt(det(J^T J)).
         """
-        base = self.plant.GetFrameByName("base")
+        base = frame(self.plant, "base")
         J = self.plant.CalcJacobianTranslationalVelocity(
             self._context,
             JacobianWrtVariable.kV,
-            self.plant.GetFrameByName("tee"),
+            frame(self.plant, "tee"),
             np.zeros(3),
             base,
             base,
@@ -162,7 +165,7 @@ def joint_limits(plant: Any) -> JointLimits:
 
 def base_limits(plant: Any) -> BaseLimits:
     """Returns the limits of the base of a finalized plant."""
-    ahead, turn = plant.GetJointByName("x"), plant.GetJointByName("theta")
+    ahead, _, turn = moving_joints(plant)[:BASE_JOINTS]
     return BaseLimits(
         max_speed=float(ahead.velocity_upper_limits()[0]),
         max_acceleration=float(ahead.acceleration_upper_limits()[0]),

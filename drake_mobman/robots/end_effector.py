@@ -7,6 +7,7 @@ import dataclasses as dc
 
 import numpy as np
 
+from drake_mobman.frames import body
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
 from drake_mobman.robot_model.model import moving_joints
 
@@ -39,7 +40,7 @@ def ee_states(
     """
     plant = model.plant
     context = plant.CreateDefaultContext()
-    E = plant.GetBodyByName("tool")
+    E = body(plant, "tool")
     first = moving_joints(plant)[BASE_JOINTS].frame_on_parent()
     carrier, p_CS = first.body(), first.GetFixedPoseInBodyFrame().translation()
     p_WE, p_WS, v_WE = np.zeros((3, len(q), 3))

@@ -18,7 +18,7 @@ from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import ANGLE, OFFSET, Range, one_of, within
 from drake_mobman.robot_model import Reach, RobotModel, RobotSetup, WorkspaceLimits
 from drake_mobman.robots.defaults import Start
-from drake_mobman.robots.urdf import filled_urdf
+from drake_mobman.robots.urdf import add_urdf, filled_urdf
 from drake_mobman.scalars import Scalar
 
 POSTURE = (0.0, 0.4, 0.0, -2.1, 0.0, 2.5, math.pi / 4)
@@ -71,6 +71,10 @@ class FrankaTiago:
             ),
             Hand(path=[Waypoint(x=0.58, z=0.42 + self.mount)]),
         ]
+
+    def add_to(self, plant: Any) -> list[Any]:
+        """Adds the robot to a plant; returns its model instances."""
+        return add_urdf(plant, self.urdf())
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

@@ -7,12 +7,16 @@ from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.planar import PlanarArm
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robots.two_links import TwoLinks
-from drake_mobman.robots.urdf import filled_urdf
+from drake_mobman.robots.urdf import add_urdf, filled_urdf
 
 
 @dc.dataclass
 class Planar(TwoLinks):
     """Two links that turn about z, above the base's centre; T is their tip."""
+
+    def add_to(self, plant: Any) -> list[Any]:
+        """Adds the robot to a plant; returns its model instances."""
+        return add_urdf(plant, self.urdf())
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.symbolic import MakeVectorVariable, cos, sin
@@ -95,8 +94,8 @@ class ServoPlant:
     """A robot's finalized `MultibodyPlant` with servos."""
 
     plant: Any  # Positions x, y [m], theta [rad] of the base, then the arm's joints.
-    instance: Any  # Of the robot in the plant.
-    driven: list[int]  # Index of the position that each actuator drives.
+    # The positions that actuators drive, by model instance, where any has a servo.
+    driven: dict[Any, list[int]]
 
 
 def driven_plant(robot: RobotDescription, servo: Servo) -> ServoPlant:
@@ -129,7 +128,7 @@ def _plant(
     # Else the plant steps before all other events of the same time, and the robot would
     # get other commands than are logged.
     plant.SetUseSampledOutputPorts(False)
-    (instance,) = Parser(plant).AddModelsFromString(robot.urdf(), "urdf")
+    instances = robot.add_to(plant)
     gains = {"x": servo.base_gain, "y": servo.base_gain, "theta": servo.yaw_gain}
     actuators = [*map(plant.get_joint_actuator, plant.GetJointActuatorIndices())]
     for actuator in actuators:
@@ -138,9 +137,16 @@ def _plant(
             actuator.set_controller_gains(gain)
         else:
             set_up_arm(actuator)
-    plant.set_gravity_enabled(instance, False)
+    for instance in instances:
+        plant.set_gravity_enabled(instance, False)
     plant.Finalize()
-    return ServoPlant(plant, instance, [x.joint().position_start() for x in actuators])
+    served = {x.model_instance() for x in actuators if x.has_controller()}
+    driven: dict[Any, list[int]] = {instance: [] for instance in served}
+    for actuator in actuators:
+        if actuator.model_instance() in served:
+            start = actuator.joint().position_start()
+            driven[actuator.model_instance()].append(start)
+    return ServoPlant(plant, driven)
 
 
 def make_driven_robot(setup: RobotSetup, servo: Servo, start: list[float]) -> Diagram:
@@ -219,11 +225,14 @@ def _servo_robot(
         hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(setup.period, size))
         builder.ExportInput(hold.get_input_port(), name)
         held.append(hold.get_output_port())
-    desired = _desired_state(start, servo.step, sum(commands.values()), made.driven)
-    builder.Connect(
-        _joined(builder, [pose, *held], desired),
-        plant.get_desired_state_input_port(made.instance),
-    )
+    command = _joined(builder, [pose, *held])
+    for instance, driven in made.driven.items():
+        desired = _desired_state(start, servo.step, command.size(), driven)
+        builder.AddSystem(desired)
+        builder.Connect(command, desired.get_input_port())
+        builder.Connect(
+            desired.get_output_port(), plant.get_desired_state_input_port(instance)
+        )
     forces = plant.get_applied_spatial_force_input_port()
     builder.ExportInput(forces, signals.SPATIAL_FORCES)
     builder.ExportOutput(pose, signals.BASE_POSE)
@@ -243,9 +252,9 @@ def _servo_robot(
 
 
 def _desired_state(
-    start: list[float], step: float, commands: int, driven: list[int]
+    start: list[float], step: float, size: int, driven: list[int]
 ) -> SymbolicVectorSystem:
-    """Returns the servos' desired state, from the base's pose and the held commands.
+    """Returns the desired state of some servos, from base pose and held commands.
 
     Positions, then velocities, each in the order of the actuators. The base is to roll
     along its heading at the end of the step, where the implicit servo reaches its
@@ -253,7 +262,7 @@ def _desired_state(
     evaluated at each step of the plant. Only a free arm with a spring uses positions.
     """
     n = len(start) - BASE_JOINTS
-    inputs = MakeVectorVariable(BASE_JOINTS + commands, "u")
+    inputs = MakeVectorVariable(size, "u")
     _, _, theta, v, omega, *rates = inputs
     base = unicycle_rates(theta + step * omega, v, omega)
     velocities = [*base, *(rates or [0.0] * n)]
@@ -270,13 +279,9 @@ def _base_velocity(n: int) -> SymbolicVectorSystem:
     return SymbolicVectorSystem(input=state, output=[forward, sideways, omega])
 
 
-def _joined(
-    builder: DiagramBuilder, ports: list[OutputPort], system: Any
-) -> OutputPort:
-    """Adds `system` with all `ports` in a row as its input, and returns its output."""
+def _joined(builder: DiagramBuilder, ports: list[OutputPort]) -> OutputPort:
+    """Returns an output with all `ports` in a row."""
     mux = builder.AddSystem(Multiplexer([port.size() for port in ports]))
-    builder.AddSystem(system)
     for i, port in enumerate(ports):
         builder.Connect(port, mux.get_input_port(i))
-    builder.Connect(mux.get_output_port(), system.get_input_port())
-    return system.get_output_port()
+    return mux.get_output_port()

@@ -12,7 +12,7 @@ from drake_mobman.arm.spatial import SpatialArm
 from drake_mobman.parameters import LENGTH, one_of, within
 from drake_mobman.robot_model import RobotModel, RobotSetup
 from drake_mobman.robots.two_links import TwoLinks
-from drake_mobman.robots.urdf import filled_urdf
+from drake_mobman.robots.urdf import add_urdf, filled_urdf
 
 POSTURE = (0.0, math.pi / 4, -math.pi / 2, 0.0, math.pi / 4, 0.0)
 """Joint angles with the end effector level, straight ahead, and the elbow at a right
@@ -35,6 +35,10 @@ class Spatial(TwoLinks):
         one_of(self, "orientation", ORIENTATIONS)
         super().check()
         within(self, LENGTH, "hand")
+
+    def add_to(self, plant: Any) -> list[Any]:
+        """Adds the robot to a plant; returns its model instances."""
+        return add_urdf(plant, self.urdf())
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

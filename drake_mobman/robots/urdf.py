@@ -2,6 +2,14 @@
 
 import string
 from importlib import resources
+from typing import Any
+
+from pydrake.multibody.parsing import Parser
+
+
+def add_urdf(plant: Any, text: str) -> list[Any]:
+    """Adds a robot's URDF to a plant; returns its model instances."""
+    return list(Parser(plant).AddModelsFromString(text, "urdf"))
 
 
 def filled_urdf(name: str, **lengths: float) -> str:

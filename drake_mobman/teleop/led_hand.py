@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_mobman import signals
+from drake_mobman.frames import body
 from drake_mobman.guidance.applied_force import GRASPED_POINT, PointForce
 from drake_mobman.guidance.guiding_hand import Hand, Spring, hand_force
 from drake_mobman.parameters import checked, checked_period
@@ -120,7 +121,7 @@ class SteeredGrasp(LeafSystem):
         plant = model.plant
         size = plant.num_positions() + plant.num_velocities()
         self.robot_state = declare(signals.ROBOT_STATE, size)
-        self._at_tool = [float(plant.GetBodyByName("tool").index()), 0.0, 0.0, 0.0]
+        self._at_tool = [float(body(plant, "tool").index()), 0.0, 0.0, 0.0]
         first = params.path[0]
         # Three groups: a state output port puts out a whole group.
         force = self.DeclareDiscreteState(3)
