@@ -10,10 +10,12 @@ from typing import Any
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_mobman import signals
 from drake_mobman.frames import body
 from drake_mobman.guidance.guiding_hand import GuidingHand
 from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robot_model import RobotSetup
+from drake_mobman.robot_model.plant_motion import PlantMotion
 from drake_mobman.scenario import Guided
 from drake_mobman.teleop.drag import Draggable
 from drake_mobman.teleop.led_hand import LedHand
@@ -59,14 +61,18 @@ def make_guided_diagram(
     model, period = setup.model, scenario.period
     source = scenario.source.build(period)
     builder = DiagramBuilder()
+    motion = PlantMotion(scenario.bare_plant())
+    robot = scenario.build_robot(setup)
     blocks = {
-        "hand": _hand(scenario, setup, operated=source is not None),
-        "tool_sensor": ToolSensor(model),
+        "hand": _hand(scenario, setup, motion, operated=source is not None),
+        "tool_sensor": ToolSensor(motion),
         "field": _field(scenario, setup, choice=source is not None),
         "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
         # Last: blocks are updated in order, and all Python in a row is faster.
-        "robot": scenario.build_robot(setup),
+        "robot": robot,
     }
+    if robot.HasOutputPort(signals.TOOL_POSITION):
+        del blocks["tool_sensor"]
     systems = add_blocks(builder, blocks)
     ports = outputs(systems)
     if source is not None:
@@ -76,11 +82,13 @@ def make_guided_diagram(
     return build_and_export(builder, "guided", ports, period, logged=logged)
 
 
-def _hand(scenario: Guided, setup: RobotSetup, *, operated: bool) -> Any:
+def _hand(
+    scenario: Guided, setup: RobotSetup, motion: PlantMotion, *, operated: bool
+) -> Any:
     """Returns the hand, which an operator moves, or which moves along its path."""
     if operated:
-        return LedHand(scenario.hand, scenario.drag, setup.model, setup.period)
-    tool = body(setup.model.plant, "tool").index()
+        return LedHand(scenario.hand, scenario.drag, motion, setup.period)
+    tool = body(motion.plant, "tool").index()
     return GuidingHand(
         scenario.hand, setup.period, tool, maybe_compiled=setup.maybe_compiled
     )

@@ -42,6 +42,15 @@ BASE_POSE = "base_pose"
 BASE_VELOCITY = "base_velocity"
 """3: true velocity of B in W, in B's axes: forward, sideways [m/s], yaw [rad/s]."""
 
+BASE_ODOMETRY = "base_odometry"
+"""2: v [m/s], omega [rad/s] of B by the encoders of its wheels."""
+
+BASE_GYRO = "base_gyro"
+"""1: omega [rad/s] of B by a gyroscope."""
+
+BASE_MEASURED = "base_measured"
+"""3: v, v_y [m/s], omega [rad/s] of B as a tracker outside measures them."""
+
 GUARD_STATUS = "guard_status"
 """1: why the guard stops the command, a `GuardStatus`."""
 
@@ -73,7 +82,7 @@ SPATIAL_FORCES = "spatial_forces"
 """External forces on bodies: a list of `ExternallyAppliedSpatialForce`."""
 
 ROBOT_STATE = "robot_state"
-"""2 (3 + n): positions of base and arm, then rates, as `MultibodyPlant` has them."""
+"""Positions, then velocities, as the simulated `MultibodyPlant` has them."""
 
 OPERATOR_INPUT = "operator_input"
 """14: the operator's input, as it reached the robot; any number may be invalid.

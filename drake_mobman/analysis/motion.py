@@ -111,10 +111,17 @@ def _instant_motion(
 ) -> tuple[EndEffectorStates, np.ndarray]:
     """Returns the end effector's states, and its velocity at each instant.
 
-    The velocity is radial, tangential and up (N, 3) [m/s].
+    The velocity is radial, tangential and up (N, 3) [m/s]. A base on wheels leans, so
+    there the simulated plant itself says where E is, and how fast. The reach is as the
+    arm makes it, in the base's axes turned by its heading alone.
     """
     states = ee_states(model, _positions(log), _rates(log))
-    return states, _along(states.v_WE, _polar(states)[1])
+    _, axes = _polar(states)
+    if signals.TOOL_VELOCITY in log:
+        p_WE, v_WE = log[signals.TOOL_POSITION], log[signals.TOOL_VELOCITY]
+        shift = p_WE - states.p_WE
+        states = EndEffectorStates(p_WE, states.p_WS + shift, v_WE)
+    return states, _along(states.v_WE, axes)
 
 
 def _mean_motion(

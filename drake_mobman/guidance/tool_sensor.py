@@ -8,11 +8,11 @@ from pydrake.systems.primitives import Demultiplexer
 
 from drake_mobman import signals
 from drake_mobman.frames import body
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model.plant_motion import PlantMotion
 
 
 class ToolSensor(Diagram):
-    """Measures the tool's position and velocity, from the state of base and arm.
+    """Measures the tool's position and velocity, from the state of its plant.
 
     .. pydrake_system::
 
@@ -24,16 +24,16 @@ class ToolSensor(Diagram):
         - tool_velocity
 
     Args:
-        model: of the robot.
+        motion: of the plant that is simulated.
     """
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, motion: PlantMotion) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        motion = builder.AddSystem(_ToolMotion(model))
+        tool = builder.AddSystem(_ToolMotion(motion))
         split = builder.AddSystem(Demultiplexer([3, 3]))
-        builder.Connect(motion.get_output_port(), split.get_input_port())
-        builder.ExportInput(motion.get_input_port(), signals.ROBOT_STATE)
+        builder.Connect(tool.get_output_port(), split.get_input_port())
+        builder.ExportInput(tool.get_input_port(), signals.ROBOT_STATE)
         builder.ExportOutput(split.get_output_port(0), signals.TOOL_POSITION)
         builder.ExportOutput(split.get_output_port(1), signals.TOOL_VELOCITY)
         builder.BuildInto(self)
@@ -42,11 +42,11 @@ class ToolSensor(Diagram):
 class _ToolMotion(LeafSystem):
     """Position and velocity in one output: the model computes both at once."""
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, motion: PlantMotion) -> None:
         super().__init__()
-        self.model = model
-        self.tool = body(model.plant, "tool")
-        plant = model.plant
+        self.motion = motion
+        self.tool = body(motion.plant, "tool")
+        plant = motion.plant
         size = plant.num_positions() + plant.num_velocities()
         self.state = self.DeclareVectorInputPort(signals.ROBOT_STATE, size)
         needs = {self.all_input_ports_ticket()}
@@ -55,5 +55,5 @@ class _ToolMotion(LeafSystem):
         )
 
     def _calc_motion(self, context: Any, output: Any) -> None:
-        p_WE, v_WE = self.model.motion_W(self.tool, self.state.Eval(context))
+        p_WE, v_WE = self.motion.motion_W(self.tool, self.state.Eval(context))
         output.SetFromVector(np.concatenate((p_WE, v_WE)))

@@ -5,13 +5,15 @@ from typing import Any, Protocol
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, JacobianWrtVariable
+from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.frames import frame
 from drake_mobman.robot_model.base_limits import BaseLimits
+from drake_mobman.robot_model.plant_motion import PlantMotion
 from drake_mobman.robot_model.reach import Reach
+from drake_mobman.robot_model.rolling import RollingBase
 
 BASE_JOINTS = 3
 """x, y and theta come first among a robot's positions; the arm's joints follow."""
@@ -31,6 +33,16 @@ class RobotDescription(Protocol):
 
         It has bodies `base` (B), `tee` (T) and `tool` (E), and joints `x`, `y` and
         `theta` that move the base, each with an actuator, before those of the arm.
+        """
+
+    def add_rolling_to(self, plant: Any) -> RollingBase:
+        """Adds the robot to a plant that is not finalized, on its own wheels.
+
+        The same bodies at the same indices, but `base` is free and its driven wheels
+        turn: there is no x, y and theta.
+
+        Raises:
+            ParameterError: where the robot has no wheels.
         """
 
     def arm(self, plant: Any = None) -> ArmKinematics:
@@ -66,7 +78,7 @@ def moving_joints(plant: Any) -> list[Any]:
     return sorted(moving, key=lambda joint: joint.position_start())
 
 
-class RobotModel:
+class RobotModel(PlantMotion):
     """A robot as a finalized `MultibodyPlant`, for kinematics; it is not simulated.
 
     Attributes:
@@ -78,62 +90,16 @@ class RobotModel:
     """
 
     def __init__(self, robot: RobotDescription) -> None:
-        self.plant = MultibodyPlant(0.0)
-        robot.add_to(self.plant)
-        self.plant.Finalize()
+        plant = MultibodyPlant(0.0)
+        robot.add_to(plant)
+        plant.Finalize()
+        super().__init__(plant)
         arm = moving_joints(self.plant)[BASE_JOINTS:]
         self.arm_joints = [joint.name() for joint in arm]
         moved = self.plant.GetBodiesKinematicallyAffectedBy([x.index() for x in arm])
         self.arm_bodies = {self.plant.get_body(i).name(): int(i) for i in moved}
         self.joint_limits = joint_limits(self.plant)
         self.base_limits = base_limits(self.plant)
-        self._context = self.plant.CreateDefaultContext()
-
-    def set_state(self, q: Any, v: Any) -> None:
-        """Sets positions and velocities of base and arm, (3 + n,) each."""
-        self.plant.SetPositions(self._context, q)
-        self.plant.SetVelocities(self._context, v)
-
-    def p_W(self, link: str) -> Any:
-        """Returns the position (3,) of a link's origin in W [m]."""
-        return frame(self.plant, link).CalcPoseInWorld(self._context).translation()
-
-    def v_W(self, link: str) -> Any:
-        """Returns the velocity (3,) of a link's origin in W [m/s]."""
-        found = frame(self.plant, link)
-        return found.CalcSpatialVelocityInWorld(self._context).translational()
-
-    def motion_W(self, body: Any, state: Any) -> tuple[Any, Any]:
-        """Returns position [m] and velocity [m/s] (3,) in W of a body's origin.
-
-        Faster than `p_W` and `v_W` after `set_state`.
-
-        Args:
-            body: of the plant.
-            state: positions of base and arm, then velocities, 2 (3 + n,).
-        """
-        X_WB, V_WB = self._motion(body, state)
-        return X_WB.translation(), V_WB.translational()
-
-    def point_W(self, body: int, p_BQ: Any, state: Any) -> tuple[Any, Any]:
-        """Returns position [m] and velocity [m/s] (3,) in W of a point Q of a body B.
-
-        Args:
-            body: index of B in the plant.
-            p_BQ: position of Q in B (3,) [m].
-            state: positions of base and arm, then velocities, 2 (3 + n,).
-        """
-        X_WB, V_WB = self._motion(self.plant.get_body(BodyIndex(body)), state)
-        V_WQ = V_WB.Shift(X_WB.rotation() @ p_BQ)
-        return X_WB @ p_BQ, V_WQ.translational()
-
-    def _motion(self, body: Any, state: Any) -> tuple[Any, Any]:
-        """Returns pose and spatial velocity in W of a body."""
-        self.plant.SetPositionsAndVelocities(self._context, state)
-        return (
-            self.plant.EvalBodyPoseInWorld(self._context, body),
-            self.plant.EvalBodySpatialVelocityInWorld(self._context, body),
-        )
 
     def manipulability(self) -> float:
         """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints.

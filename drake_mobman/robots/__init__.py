@@ -13,6 +13,7 @@ from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
 from drake_mobman.robots.servo import Servo
 from drake_mobman.robots.spatial import Spatial
+from drake_mobman.robots.wheels import Wheels
 
 if TYPE_CHECKING:
     Robot = RobotDescription

@@ -17,6 +17,8 @@ from drake_mobman.decomposers.exact import Exact
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import ANGLE, OFFSET, Range, one_of, within
 from drake_mobman.robot_model import Reach, RobotModel, RobotSetup, WorkspaceLimits
+from drake_mobman.robot_model.rolling import RollingBase
+from drake_mobman.robots.base_joints import rolling_base, weld_wheels
 from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.urdf import add_urdf, filled_urdf
 from drake_mobman.scalars import Scalar
@@ -28,6 +30,9 @@ The elbow is near a right angle and T half a metre ahead of the shoulder, at its
 far from both zones of the field, so that the base rests. The end effector points
 straight down.
 """
+
+_CASTERS = [(x, y, 0.025) for x in (0.1695, -0.1735) for y in (0.102, -0.102)]
+"""x, y and radius of each, as drawn [m]."""
 
 
 @dc.dataclass
@@ -74,7 +79,13 @@ class FrankaTiago:
 
     def add_to(self, plant: Any) -> list[Any]:
         """Adds the robot to a plant; returns its model instances."""
-        return add_urdf(plant, self.urdf())
+        instances = add_urdf(plant, self.urdf())
+        weld_wheels(plant)
+        return instances
+
+    def add_rolling_to(self, plant: Any) -> RollingBase:
+        """Adds the robot to a plant, on its own wheels."""
+        return rolling_base(plant, add_urdf(plant, self.urdf()), _CASTERS)
 
     def urdf(self) -> str:
         """Returns the robot as URDF."""

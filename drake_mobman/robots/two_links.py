@@ -10,6 +10,7 @@ from drake_mobman.decomposers.exact import Exact
 from drake_mobman.guidance.guiding_hand import Hand, Waypoint
 from drake_mobman.parameters import LENGTH, OFFSET, within
 from drake_mobman.robot_model import Reach, WorkspaceLimits
+from drake_mobman.robot_model.rolling import RollingBase, no_wheels
 from drake_mobman.robots.defaults import Start
 
 _BODY = 0.3
@@ -62,6 +63,10 @@ class TwoLinks:
             "aside": self.shoulder_aside,
             "height": self.shoulder_height,
         }
+
+    def add_rolling_to(self, _plant: Any) -> RollingBase:
+        """Raises `ParameterError`: its wheels are only drawn."""
+        raise no_wheels(self)
 
     def reach(self, _plant: Any = None) -> Reach:
         """Returns shoulder and reach for a base controller."""

@@ -73,7 +73,7 @@ class Guided(Scenario):
         """Raises `ParameterError` unless it can be run."""
         if not hasattr(self.fidelity, "build_guided"):
             name = f"!{type(self.fidelity).__name__}"
-            valid = "must be !Servo, as a hand pulls with a force"
+            valid = "must be !Servo or !Wheels, as a hand pulls with a force"
             raise ParameterError("fidelity", name, valid)
         super().check()
 

@@ -15,7 +15,7 @@ from drake_mobman.frames import body
 from drake_mobman.guidance.applied_force import GRASPED_POINT, PointForce
 from drake_mobman.guidance.guiding_hand import Hand, Spring, hand_force
 from drake_mobman.parameters import checked, checked_period
-from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model.plant_motion import PlantMotion
 from drake_mobman.scalars import Vector
 from drake_mobman.teleop.drag import NOTHING, Drag, Dragged
 
@@ -95,7 +95,7 @@ class SteeredGrasp(LeafSystem):
     Args:
         params: of the hand at the tool; it starts where its path starts.
         drag: of the hand while it drags another point.
-        model: of the robot.
+        motion: of the plant that is simulated.
         period: control period [s].
 
     Raises:
@@ -104,12 +104,12 @@ class SteeredGrasp(LeafSystem):
     """
 
     def __init__(
-        self, params: Hand, drag: Drag, model: RobotModel, period: float
+        self, params: Hand, drag: Drag, motion: PlantMotion, period: float
     ) -> None:
         super().__init__()
         self.params = checked(params)
         self.drag_params = checked(drag)
-        self.model = model
+        self.motion = motion
         self.period = checked_period(period)
         declare = self.DeclareVectorInputPort
         self.command = declare(signals.EE_COMMAND, 3)
@@ -118,7 +118,7 @@ class SteeredGrasp(LeafSystem):
         self.base_pose = declare(signals.BASE_POSE, 3)
         self.tool_position = declare(signals.TOOL_POSITION, 3)
         self.tool_velocity = declare(signals.TOOL_VELOCITY, 3)
-        plant = model.plant
+        plant = motion.plant
         size = plant.num_positions() + plant.num_velocities()
         self.robot_state = declare(signals.ROBOT_STATE, size)
         self._at_tool = [float(body(plant, "tool").index()), 0.0, 0.0, 0.0]
@@ -156,7 +156,7 @@ class SteeredGrasp(LeafSystem):
             tool = self.tool_position.Eval(context), self.tool_velocity.Eval(context)
             return self._at_tool, self.params, tool
         body, p_BQ = int(dragged.body), dragged.p_BQ
-        point = self.model.point_W(body, p_BQ, self.robot_state.Eval(context))
+        point = self.motion.point_W(body, p_BQ, self.robot_state.Eval(context))
         return [dragged.body, *p_BQ], self.drag_params, point
 
     def _velocity(
@@ -188,7 +188,7 @@ class LedHand(Diagram):
     Args:
         params: of the hand at the tool, as of `SteeredGrasp`.
         drag: of the hand while it drags another point.
-        model: of the robot.
+        motion: of the plant that is simulated.
         period: control period [s].
 
     Raises:
@@ -196,11 +196,11 @@ class LedHand(Diagram):
     """
 
     def __init__(
-        self, params: Hand, drag: Drag, model: RobotModel, period: float
+        self, params: Hand, drag: Drag, motion: PlantMotion, period: float
     ) -> None:
         super().__init__()
         builder = DiagramBuilder()
-        grasp = SteeredGrasp(params, drag, model, period)
+        grasp = SteeredGrasp(params, drag, motion, period)
         builder.AddNamedSystem("grasp", grasp)
         force = builder.AddNamedSystem("point_force", PointForce())
         for port in map(grasp.get_input_port, range(grasp.num_input_ports())):

@@ -1,0 +1,248 @@
+"""The robot on its wheels as a diagram, with the ports of a servo robot and more."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.symbolic import MakeVectorVariable, cos, sin
+from pydrake.systems.controllers import InverseDynamics
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import (
+    MatrixGain,
+    Multiplexer,
+    SymbolicVectorSystem,
+    ZeroOrderHold,
+)
+
+from drake_mobman import signals
+from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
+from drake_mobman.guidance.tool_sensor import ToolSensor
+from drake_mobman.robot_model import RobotSetup
+from drake_mobman.robot_model.plant_motion import PlantMotion
+from drake_mobman.robots.wheels.drive import delayed, lagged
+from drake_mobman.robots.wheels.plant import RollingPlant
+from drake_mobman.robots.wheels.sensors import encoder_rates, measured_motion
+
+
+def make_rolling_robot(
+    setup: RobotSetup,
+    params: Any,
+    made: RollingPlant,
+    q: np.ndarray,
+    *,
+    free_arm: bool,
+) -> Diagram:
+    """Returns the robot as a diagram.
+
+    .. pydrake_system::
+
+        name: robot
+        input_ports: [base_command_smoothed, arm_velocity_command (not of a free arm),
+                      spatial_forces]
+        output_ports: [base_pose, base_velocity, arm_position, arm_velocity,
+                       ee_cylindrical, p_BT, base_odometry, base_gyro, base_measured,
+                       tool_position, tool_velocity, robot_state]
+
+    Args:
+        setup: of the robot; its period is a multiple of the plant's step to the last
+            bit.
+        params: of fidelity `Wheels`.
+        made: the robot's plant, which becomes part of the diagram.
+        q: positions of the plant at the start.
+        free_arm: whether the plant's arm is free, else driven.
+    """
+    builder = DiagramBuilder()
+    plant = _add_plant(builder, made, q)
+    rates = _add_commands(builder, setup, params, made, free_arm=free_arm)
+    _add_servos(builder, made, rates, q)
+    _add_gravity(builder, made)
+    forces = plant.get_applied_spatial_force_input_port()
+    builder.ExportInput(forces, signals.SPATIAL_FORCES)
+    psi = None
+    if free_arm:
+        psi = setup.arm.ee_cylindrical(q[made.arm_q].tolist())[1]
+    _add_arm_sensor(builder, setup, made, psi)
+    velocity = _add_base_outputs(builder, made)
+    _add_measurements(builder, setup, params, made, velocity)
+    tool = builder.AddNamedSystem("tool_sensor", ToolSensor(PlantMotion(plant)))
+    builder.Connect(plant.get_state_output_port(), tool.get_input_port())
+    for name in (signals.TOOL_POSITION, signals.TOOL_VELOCITY):
+        builder.ExportOutput(tool.GetOutputPort(name), name)
+    builder.ExportOutput(plant.get_state_output_port(), signals.ROBOT_STATE)
+    diagram = builder.Build()
+    diagram.set_name("robot")
+    return diagram
+
+
+def _add_plant(builder: DiagramBuilder, made: RollingPlant, q: np.ndarray) -> Any:
+    """Adds plant and scene graph, connected; returns the plant."""
+    plant, scene_graph = made.plant, made.scene_graph
+    plant.SetDefaultPositions(q)
+    builder.AddNamedSystem("scene_graph", scene_graph)
+    builder.AddNamedSystem("plant", plant)
+    builder.Connect(
+        plant.get_geometry_pose_output_port(),
+        scene_graph.get_source_pose_port(plant.get_source_id()),
+    )
+    builder.Connect(
+        scene_graph.get_query_output_port(), plant.get_geometry_query_input_port()
+    )
+    return plant
+
+
+def _add_commands(
+    builder: DiagramBuilder,
+    setup: RobotSetup,
+    params: Any,
+    made: RollingPlant,
+    *,
+    free_arm: bool,
+) -> OutputPort:
+    """Adds inputs for the commands; returns the rates of left, right, and the arm.
+
+    Commands are held for a period. Those for the base then pass the drive's faults.
+    """
+
+    def held(name: str, size: int) -> OutputPort:
+        hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(setup.period, size))
+        builder.ExportInput(hold.get_input_port(), name)
+        return hold.get_output_port()
+
+    drive, step = params.drive, params.step
+    command = held(signals.BASE_COMMAND_SMOOTHED, 2)
+    command = delayed(builder, command, drive.delay, step)
+    believed = params.believed(made.base)
+    to_wheels = builder.AddSystem(MatrixGain(believed.wheel_rates()))
+    builder.Connect(command, to_wheels.get_input_port())
+    wheels = lagged(builder, to_wheels.get_output_port(), drive.bandwidth, step)
+    if free_arm:
+        return wheels
+    arm = held(signals.ARM_VELOCITY_COMMAND, len(made.arm))
+    mux = builder.AddSystem(Multiplexer([2, len(made.arm)]))
+    builder.Connect(wheels, mux.get_input_port(0))
+    builder.Connect(arm, mux.get_input_port(1))
+    return mux.get_output_port()
+
+
+def _add_servos(
+    builder: DiagramBuilder, made: RollingPlant, rates: OutputPort, q: np.ndarray
+) -> None:
+    """Connects the desired state of all servos: their positions, then their rates."""
+    plant, base = made.plant, made.base
+    told = MakeVectorVariable(rates.size(), "u")
+    rate_of = {joint.index(): told[0] for joint in base.left}
+    rate_of |= {joint.index(): told[1] for joint in base.right}
+    rate_of |= {j.index(): x for j, x in zip(made.arm, told[2:], strict=False)}
+    actuators = [*map(plant.get_joint_actuator, plant.GetJointActuatorIndices())]
+    for instance in {x.model_instance() for x in actuators if x.has_controller()}:
+        joints = [x.joint() for x in actuators if x.model_instance() == instance]
+        positions = [q[joint.position_start()] for joint in joints]
+        velocities = [rate_of.get(joint.index(), 0.0) for joint in joints]
+        desired = SymbolicVectorSystem(input=told, output=[*positions, *velocities])
+        builder.AddSystem(desired)
+        builder.Connect(rates, desired.get_input_port())
+        port = plant.get_desired_state_input_port(instance)
+        builder.Connect(desired.get_output_port(), port)
+
+
+def _add_gravity(builder: DiagramBuilder, made: RollingPlant) -> None:
+    """Adds the torques that carry the arm's weight, as makers' controllers do."""
+    plant = made.plant
+    gravity = builder.AddNamedSystem(
+        "gravity",
+        InverseDynamics(
+            plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation
+        ),
+    )
+    arm = {joint.index() for joint in made.arm}
+    D = np.zeros((plant.num_actuators(), plant.num_velocities()))
+    for i, index in enumerate(plant.GetJointActuatorIndices()):
+        joint = plant.get_joint_actuator(index).joint()
+        if joint.index() in arm:
+            D[i, joint.velocity_start()] = 1.0
+    torques = builder.AddSystem(MatrixGain(D))
+    state = plant.get_state_output_port()
+    builder.Connect(state, gravity.get_input_port_estimated_state())
+    builder.Connect(gravity.get_output_port(), torques.get_input_port())
+    builder.Connect(torques.get_output_port(), plant.get_actuation_input_port())
+
+
+def _add_arm_sensor(
+    builder: DiagramBuilder, setup: RobotSetup, made: RollingPlant, psi: float | None
+) -> None:
+    """Adds the arm's outputs; where `psi` [rad] is given it is kept, see the sensor."""
+    positions = made.plant.num_positions()
+    position = _selected(builder, made, made.arm_q)
+    rates = _selected(builder, made, [positions + i for i in made.arm_v])
+    period = None if psi is None else setup.period
+    block = setup.maybe_compiled(EndEffectorSensor(setup.arm, psi, period))
+    sensor = builder.AddNamedSystem("sensor", block)
+    builder.Connect(position, sensor.get_input_port())
+    builder.ExportOutput(position, signals.ARM_POSITION)
+    builder.ExportOutput(rates, signals.ARM_VELOCITY)
+    for name in (signals.EE_CYLINDRICAL, signals.P_BT):
+        builder.ExportOutput(sensor.GetOutputPort(name), name)
+
+
+def _add_base_outputs(builder: DiagramBuilder, made: RollingPlant) -> OutputPort:
+    """Adds true pose and velocity of the base; returns the latter.
+
+    Both in the floor's plane, the velocity in axes turned by the base's heading alone.
+    """
+    plant = made.plant
+    nq = plant.num_positions()
+    state = MakeVectorVariable(nq + plant.num_velocities(), "u")
+    at, moves = made.floating.position_start(), nq + made.floating.velocity_start()
+    _, _, yaw, x, y, _ = state[at : at + 6]
+    _, _, turn, v_x, v_y, _ = state[moves : moves + 6]
+    c, s = cos(yaw), sin(yaw)
+    outputs = {
+        signals.BASE_POSE: [x, y, yaw],
+        signals.BASE_VELOCITY: [c * v_x + s * v_y, c * v_y - s * v_x, turn],
+    }
+    for name, output in outputs.items():
+        block = builder.AddSystem(SymbolicVectorSystem(input=state, output=output))
+        builder.Connect(plant.get_state_output_port(), block.get_input_port())
+        builder.ExportOutput(block.get_output_port(), name)
+        port = block.get_output_port()
+    return port
+
+
+def _add_measurements(
+    builder: DiagramBuilder,
+    setup: RobotSetup,
+    params: Any,
+    made: RollingPlant,
+    velocity: OutputPort,
+) -> None:
+    """Adds what encoders, a gyroscope and a tracker outside measure."""
+    sensors, nq = params.sensors, made.plant.num_positions()
+    left, right = made.base.left, made.base.right
+    wheels = [*left, *right]
+    if sensors.encoder_resolution:
+        angles = _selected(builder, made, [j.position_start() for j in wheels])
+        counts = sensors.encoder_resolution
+        rates = encoder_rates(builder, angles, counts, setup.period)
+    else:
+        rates = _selected(builder, made, [nq + j.velocity_start() for j in wheels])
+    mean = np.zeros((2, len(wheels)))
+    mean[0, : len(left)], mean[1, len(left) :] = 1 / len(left), 1 / len(right)
+    to_motion = np.linalg.inv(params.believed(made.base).wheel_rates()) @ mean
+    odometry = builder.AddSystem(MatrixGain(to_motion))
+    builder.Connect(rates, odometry.get_input_port())
+    gyro, measured = measured_motion(builder, velocity, sensors, setup.period)
+    for name, port in (
+        (signals.BASE_ODOMETRY, odometry.get_output_port()),
+        (signals.BASE_GYRO, gyro),
+        (signals.BASE_MEASURED, measured),
+    ):
+        builder.ExportOutput(port, name)
+
+
+def _selected(
+    builder: DiagramBuilder, made: RollingPlant, places: list[int]
+) -> OutputPort:
+    """Returns some elements of the plant's state."""
+    state = made.plant.get_state_output_port()
+    select = builder.AddSystem(MatrixGain(np.eye(state.size())[places]))
+    builder.Connect(state, select.get_input_port())
+    return select.get_output_port()

@@ -1,0 +1,93 @@
+"""The start of a robot on wheels: standing, its tyres pressed into the floor."""
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram
+
+from drake_mobman import signals
+from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.wheels.floor import Floor
+from drake_mobman.robots.wheels.plant import RollingPlant
+
+_TIME = 1.5
+"""After which a robot that stands is at rest [s]."""
+
+_LEANS = 0.3
+"""Tilt of a base that does not stand but tips over [rad]."""
+
+_KEPT = 32
+"""How many starts are kept."""
+
+_settled: dict[tuple[object, ...], np.ndarray] = {}
+"""Starts of this process: a scenario is built several times before it runs."""
+
+
+def standing(
+    made: RollingPlant, start: list[float], floor: Floor, make: Callable[..., Diagram]
+) -> np.ndarray:
+    """Returns the plant's positions where the robot stands at `start`, at rest.
+
+    It is let down onto the floor in a simulation of its own, and put back to its place,
+    heading and posture then.
+
+    Args:
+        made: the robot's plant.
+        start: positions (3 + n,) of base and arm.
+        floor: that it stands on.
+        make: returns a diagram of the robot, its arm and base driven, from positions.
+
+    Raises:
+        ParameterError: where it tips over.
+    """
+    q = made.positions(start, _drop(made, start, floor))
+    key = (repr(floor), *_fingerprint(made, q))
+    if key not in _settled:
+        while len(_settled) >= _KEPT:
+            del _settled[next(iter(_settled))]
+        _settled[key] = _let_down(make(q), made)
+    stands = _settled[key].copy()
+    at = made.floating.position_start()
+    for place in (slice(at + 2, at + 5), made.arm_q, made.wheel_q):
+        stands[place] = q[place]
+    return stands
+
+
+def _let_down(diagram: Diagram, made: RollingPlant) -> np.ndarray:
+    """Returns the positions of the plant at rest."""
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    for name in (signals.BASE_COMMAND_SMOOTHED, signals.ARM_VELOCITY_COMMAND):
+        port = diagram.GetInputPort(name)
+        port.FixValue(context, np.zeros(port.size()))
+    simulator.AdvanceTo(_TIME)
+    plant = diagram.GetSubsystemByName("plant")
+    q = np.array(plant.GetPositions(plant.GetMyContextFromRoot(context)))
+    at = made.floating.position_start()
+    tilt = float(np.abs(q[at : at + 2]).max())
+    if not tilt < _LEANS:
+        valid = "must let the robot stand; there it tips over"
+        raise ParameterError("start", f"leans {tilt:.2g} rad", valid)
+    return q
+
+
+def _drop(made: RollingPlant, start: list[float], floor: Floor) -> float:
+    """Returns the height of B [m] from which no tyre is in the floor, upright."""
+    context = made.plant.CreateDefaultContext()
+    made.plant.SetPositions(context, made.positions(start))
+    heights = [0.0]
+    for contact in made.contacts:
+        X_WB = made.plant.EvalBodyPoseInWorld(context, contact.body)
+        x, y, z = X_WB @ contact.p_BC
+        heights.append(floor.height(x, y) - (z - contact.radius))
+    return max(heights)
+
+
+def _fingerprint(made: RollingPlant, q: np.ndarray) -> tuple[object, ...]:
+    """Returns what decides how a robot at `q` settles, its floor aside."""
+    plant, context = made.plant, made.plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    masses = plant.CalcMassMatrixViaInverseDynamics(context).tobytes()
+    contacts = [(str(c.body.name()), *c.p_BC, c.radius) for c in made.contacts]
+    return q.tobytes(), masses, plant.time_step(), repr(contacts)
