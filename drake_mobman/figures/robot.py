@@ -79,8 +79,8 @@ def draw_robot(robot: RobotDescription, name: str = "") -> Figure:
     side.axhline(0.0, color="0.3", lw=1.2, zorder=0)
     _draw_workspace(top, drawn)
     _draw_reach(side, drawn)
-    for axes, axis, letter in ((side, "z", "a"), (top, "y", "b")):
-        label_axes(axes, "x [m]", f"{axis} [m]", letter)
+    for axes, up, letter in ((side, "z", "a"), (top, "y", "b")):
+        label_axes(axes, "x [m]", f"{up} [m]", letter)
         axes.set_aspect("equal", adjustable="datalim")
         axes.autoscale_view()
     return finish(figure, name)

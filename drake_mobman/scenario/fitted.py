@@ -40,7 +40,7 @@ def fitted_teleop(robot: RobotDescription) -> Teleop:
     slow, turn = _round(0.75 * v), _round(w / 3)
     out, back = (_seconds(2.0 + width / each) for each in (v, slow))  # And on.
     aside = _seconds(1.0 + angle / w)
-    segments = [
+    segments: list[Held | Smooth] = [
         Held(duration=1.0),
         Smooth(duration=1.0, v_c=v),
         Held(duration=out + 2.0, v_c=v),
