@@ -4,13 +4,10 @@ from typing import Any
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Shape, Sphere
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import BodyIndex
 
 from drake_mobman.robot_model import RobotDescription
 from drake_mobman.robot_model.model import drawn_plant
-
-_ROBOT = ModelInstanceIndex(2)
-"""The robot in its plant; before it come the world, and what belongs to none."""
 
 
 def _view(azimuth: float, elevation: float) -> np.ndarray:
@@ -40,7 +37,8 @@ class Solid:
         self._context = self.plant.CreateDefaultContext()
         inspector = scene_graph.model_inspector()
         self._parts: list[tuple[Any, np.ndarray, list[float]]] = []
-        for body in map(self.plant.get_body, self.plant.GetBodyIndices(_ROBOT)):
+        bodies = map(BodyIndex, range(1, self.plant.num_bodies()))  # 0 is the world.
+        for body in map(self.plant.get_body, bodies):
             for shape in self.plant.GetVisualGeometriesForBody(body):
                 faces = _faces(inspector.GetShape(shape))
                 X_BG = inspector.GetPoseInFrame(shape)
