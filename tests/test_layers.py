@@ -16,6 +16,7 @@ LAYERS = (
             "schema",
             "signals",
             "subexpressions",
+            "tracing",
         ),
         *("meshcat", "terminal", "ticks"),
     ),
