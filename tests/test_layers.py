@@ -15,6 +15,7 @@ LAYERS = (
             "scenario_files",
             "signals",
             "subexpressions",
+            "tracing",
         ),
         *("meshcat", "terminal", "ticks"),
     ),

@@ -22,6 +22,9 @@ TAG = "_tag"
 NOT_IN_YAML = {"yaml": False}
 """Metadata of a field that is not in files."""
 
+_WIDTH = 88
+"""Of lines [characters]."""
+
 _DEEPEST = 40
 """Largest depth of nested YAML; a scenario has six levels."""
 
@@ -155,9 +158,17 @@ def load_yaml(text: str) -> Any:
         raise ParameterError("text", first, "must be YAML") from None
 
 
-def dump_yaml(data: Any) -> str:
-    """Returns data, with tags as `_tag`, as YAML text: the inverse of `load_yaml`."""
-    return yaml.dump(data, Dumper=_Dumper)
+def dump_yaml(data: Any, short: bool = False) -> str:
+    """Returns data, with tags as `_tag`, as YAML text: the inverse of `load_yaml`.
+
+    Args:
+        data: to write.
+        short: whether what holds no other mapping or list is written on one line.
+    """
+    style: dict[str, Any] = {}
+    if short:
+        style = {"default_flow_style": None, "width": _WIDTH}
+    return yaml.dump(data, Dumper=_Dumper, **style)
 
 
 def dump_typed(obj: Any) -> str:
