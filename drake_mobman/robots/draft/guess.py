@@ -5,9 +5,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from drake_mobman.robots.draft.wheels import driven_wheels
-from drake_mobman.robots.file.contents import Arm, Gripper, Part, Platform, RobotFile
+from drake_mobman.robots.file.contents import Gripper, RobotFile
 from drake_mobman.robots.file.loose import Loose
 from drake_mobman.robots.file.names import found
+
+_MOST = 4
+"""Joints of a gripper that follow no other; with more, it is a hand of its own."""
 
 _HALF = 0.5
 """Where a lift is held, as a share of its range."""
@@ -84,7 +87,7 @@ def gripper_of(model: Loose, way: Sequence[str]) -> Gripper | None:
         and joint.type_name() in {"revolute", "prismatic"}
         and arm[-1:] == [x for x in model.way(joint.parent_body()) if x in arm][-1:]
     ]
-    if not fingers:
+    if not 0 < len(fingers) <= _MOST:
         return None
     low = max(float(joints[n].position_lower_limits()[0]) for n in fingers)
     high = min(float(joints[n].position_upper_limits()[0]) for n in fingers)

@@ -53,8 +53,7 @@ def _swivels(model: Loose, joint: Any, base: Any) -> bool:
     before = (model.parsed.joints[n] for n in model.way(joint.parent_body()))
     turning = [each for each in before if each.type_name() == "revolute"]
     axes = (
-        x.frame_on_parent().CalcPose(model.context, base).rotation()
-        @ x.revolute_axis()
+        x.frame_on_parent().CalcPose(model.context, base).rotation() @ x.revolute_axis()
         for x in turning
     )
     return any(abs(axis[2]) > _ACROSS for axis in axes)

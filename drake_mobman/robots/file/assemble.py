@@ -68,10 +68,10 @@ class Assembly:
                 P, C = joint.frame_on_parent(), joint.frame_on_child()
                 take_away(plant, joint)
                 plant.WeldFrames(P, C, self._loose.X_FM(name))
-        X_BF = placement.X_FB.inverse()
+        X_BF = placement.X_FB.value.inverse()
         plant.WeldFrames(base.body_frame(), parsed.frames[layout.base], X_BF)
         for name, frame, X in (
-            ("tee", placement.tee, placement.X_T),
+            ("tee", placement.tee.value, placement.X_T),
             ("tool", layout.tool, None),
         ):
             body = plant.AddRigidBody(name, ours, SpatialInertia.Zero())
