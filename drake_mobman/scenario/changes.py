@@ -8,9 +8,7 @@ from drake_mobman.scenario.scenario import Scenario
 from drake_mobman.schema import NOT_IN_YAML, TAG, dump_yaml, plain
 
 
-def dump_changes(
-    scenario: Scenario, robot: RobotDescription | None = None
-) -> str:
+def dump_changes(scenario: Scenario, robot: RobotDescription | None = None) -> str:
     """Returns a scenario as YAML, without what it has by itself for this robot.
 
     Args:
