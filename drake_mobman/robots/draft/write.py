@@ -35,7 +35,7 @@ def _lines(
         key, value = f"{path}{field.name}", getattr(obj, field.name)
         if value == getattr(usual, field.name) and key not in why:
             continue
-        if field.name in _NESTED and dc.is_dataclass(value):
+        if field.name in _NESTED and not isinstance(value, list):
             yield from _commented(f"{indent}{field.name}:", why.get(key), indent)
             yield from _lines(value, type(value)(), why, f"{key}.", f"{indent}  ")
         elif field.name in _NESTED:

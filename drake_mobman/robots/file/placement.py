@@ -34,8 +34,8 @@ def place(contents: RobotFile, model: Loose, layout: Layout) -> Placement:
     """
     named, X_T = _tee(contents, model, layout)
     if not layout.wheels:
-        at = f"{layout.base}, {'root of the model' if not contents.base.frame else GIVEN}"
-        return Placement(Derived(RigidTransform(), at), named, X_T)
+        why = GIVEN if contents.base.frame else f"{layout.base}, root of the model"
+        return Placement(Derived(RigidTransform(), why), named, X_T)
     joints, context = model.parsed.joints, model.context
     F = model.parsed.frames[layout.base]
     left, right = ([joints[n] for n in side] for side in (layout.left, layout.right))
