@@ -7,9 +7,10 @@ import typer
 
 from drake_mobman.cli.loading import load_all
 from drake_mobman.cli.messages import complain, console, refuse, say_path
-from drake_mobman.cli.options import Overrides, Scenarios
+from drake_mobman.cli.options import MaybeScenarios, Overrides
 from drake_mobman.cli.progress import progress_bar
 from drake_mobman.cli.stopping import until_stopped
+from drake_mobman.cli.study import compare_over, completed_studies
 from drake_mobman.cli.table import print_metrics
 from drake_mobman.exit_status import DIED, INTERRUPTED
 
@@ -25,20 +26,34 @@ Decomposers = dict[str, type]
 
 
 def compare(
-    scenarios: Scenarios,
+    scenarios: MaybeScenarios = [],  # noqa: B006 - typer makes a new list each time.
     decomposers: Annotated[
         str,
         typer.Option(
             metavar="NAME,...",
             help="As in exact,blending,switching; a wrong name shows all valid ones.",
         ),
-    ],
+    ] = "",
+    over: Annotated[
+        str,
+        typer.Option(
+            metavar="STUDY",
+            help="As in robots, a table with a row each; it may need no scenario.",
+            autocompletion=completed_studies,
+        ),
+    ] = "",
     out: Annotated[Path, typer.Option(help="Folder for the comparisons.")] = Path(
         "comparison"
     ),
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
-    """Compares decomposers on scenarios, in a table and a figure."""
+    """Compares decomposers on scenarios, or all that a study is over, in a table."""
+    if bool(decomposers) == bool(over):
+        refuse("give --decomposers NAME,... or --over STUDY, one of the two")
+    if over:
+        compare_over(over, scenarios, set_, out)
+    if not scenarios:
+        refuse("give a SCENARIO to compare decomposers on")
 
     def work(stop: "Stop") -> int:
         from drake_mobman.report.comparison import COMPARISON
