@@ -72,7 +72,7 @@ class Assembly:
         X_BF = placement.X_FB.value.inverse()
         plant.WeldFrames(base.body_frame(), parsed.frames[layout.base], X_BF)
         for name, frame, X in (
-            ("tee", placement.tee, placement.X_T.value),
+            ("tee", placement.tee.value, placement.X_T),
             ("tool", layout.tool, RigidTransform()),
         ):
             body = plant.AddRigidBody(name, ours, SpatialInertia.Zero())

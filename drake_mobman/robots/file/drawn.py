@@ -7,7 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,8 +53,8 @@ def _coloured(file: Path) -> Iterator[tuple[tuple[Matrix, Matrix], str]]:
     """Yields a file's meshes, points (N, 3) and faces (M, 3), with their colours."""
     import trimesh  # noqa: PLC0415 - an extra.
 
-    loaded = trimesh.load_scene(file)
-    for mesh in loaded.dump():
+    loaded: list[Any] = trimesh.load_scene(file).dump()
+    for mesh in loaded:
         colour = getattr(mesh.visual, "main_color", None)
         if colour is None:
             colour = mesh.visual.material.main_color

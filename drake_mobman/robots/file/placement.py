@@ -4,8 +4,8 @@ import dataclasses as dc
 
 from pydrake.math import RigidTransform
 
+from drake_mobman.robots.derive import Derived
 from drake_mobman.robots.derive.body import body_radius
-from drake_mobman.robots.derive.derived import Derived
 from drake_mobman.robots.derive.tee import tee
 from drake_mobman.robots.derive.wheels import base_frame, track, wheel_radius
 from drake_mobman.robots.file.contents import RobotFile
@@ -13,64 +13,61 @@ from drake_mobman.robots.file.layout import Layout
 from drake_mobman.robots.file.loose import Loose
 
 GIVEN = "given"
-"""Source of what the robot file says."""
+"""Source of what the robot file has."""
 
 
 @dc.dataclass(frozen=True)
 class Placement:
-    """Where B and T are in a model, and the base's sizes."""
+    """Where B and T are in a model, and its wheels, with where each is from."""
 
     X_FB: Derived[RigidTransform]  # Pose of B in the frame F of the base.
-    wheel_radius: Derived[float] | None  # [m]; None without wheels.
-    track: Derived[float] | None  # [m]; None without wheels.
-    body_radius: Derived[float]  # [m].
-    tee: str  # Body that T is fixed to.
-    X_T: Derived[RigidTransform]  # Pose of T in that body.
+    tee: Derived[str]  # Link or frame that T is fixed to.
+    X_T: RigidTransform  # Pose of T in that.
+    body_radius: Derived[float]  # Of the base [m].
+    wheel_radius: Derived[float] | None = None  # [m]; None for a base without wheels.
+    track: Derived[float] | None = None  # Likewise [m].
 
 
 def place(contents: RobotFile, model: Loose, layout: Layout) -> Placement:
-    """Returns where B and T are, and the base's sizes.
+    """Returns where B and T are, and puts the model's frame B there.
 
     Raises:
         ParameterError: where it cannot be told from the model.
     """
-    given, joints = contents.base, model.parsed.joints
     F = model.parsed.frames[layout.base]
-    left, right = ([joints[n] for n in side] for side in (layout.left, layout.right))
-    source = f"frame of {layout.base}"
-    X_FB = Derived(RigidTransform(), source)
-    radius = apart = None
+    radius = between = None
+    why = GIVEN if contents.base.frame else f"{layout.base}, root of the model"
+    X_FB = Derived(RigidTransform(), why)
     if layout.wheels:
-        if given.wheel_radius is not None:
-            radius = Derived(given.wheel_radius, GIVEN)
-        else:
-            radius = wheel_radius(model.plant, model.inspector, model.context, left[0])
-        X_FB = base_frame(model.context, left, right, radius.value, F)
-        apart = track(model.context, left, right, F)
-        if given.track is not None:
-            apart = Derived(given.track, GIVEN)
+        joints, context = model.parsed.joints, model.context
+        left, right = ([joints[n] for n in x] for x in (layout.left, layout.right))
+        given = contents.base.wheel_radius
+        radius = Derived(given, GIVEN) if given is not None else _radius(model, left[0])
+        X_FB = base_frame(context, left, right, radius.value, F)
+        between = track(context, left, right, F)
+        if contents.base.track is not None:
+            between = Derived(contents.base.track, GIVEN)
     model.put_base(F, X_FB.value)
-    body, X_T = _tee(contents, model, layout)
-    return Placement(
-        X_FB=X_FB,
-        wheel_radius=radius,
-        track=apart,
-        body_radius=_body_radius(contents, model, layout),
-        tee=body,
-        X_T=X_T,
-    )
+    named, X_T = _tee(contents, model, layout)
+    body = _body_radius(contents, model, layout)
+    return Placement(X_FB, named, X_T, body, radius, between)
+
+
+def _radius(model: Loose, wheel: object) -> Derived[float]:
+    return wheel_radius(model.plant, model.inspector, model.context, wheel)
 
 
 def _tee(
     contents: RobotFile, model: Loose, layout: Layout
-) -> tuple[str, Derived[RigidTransform]]:
-    """Returns the name of the frame that T is fixed to, and its pose in that."""
+) -> tuple[Derived[str], RigidTransform]:
+    """Returns the link or frame that T is fixed to, and its pose in that."""
     if contents.arm.tee:
-        return contents.arm.tee, Derived(RigidTransform(), GIVEN)
-    joints = [model.parsed.joints[name] for name in layout.arm]
-    found = tee(joints, model.context, model.parsed.frames[layout.tool])
-    body, p = found.value
-    return model.name_of(body.body_frame()), Derived(RigidTransform(p), found.source)
+        return Derived(contents.arm.tee, GIVEN), RigidTransform()
+    arm = [model.parsed.joints[name] for name in layout.arm]
+    tool = model.parsed.frames[layout.tool]
+    point, source = tee(arm, model.context, tool)
+    name = model.name_of(point.body.body_frame())
+    return Derived(name, source), RigidTransform(point.p)
 
 
 def _body_radius(contents: RobotFile, model: Loose, layout: Layout) -> Derived[float]:

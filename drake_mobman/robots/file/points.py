@@ -2,7 +2,7 @@
 
 import functools
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -104,7 +104,7 @@ def _rotated(axis_angle: Matrix) -> Matrix:
     return X
 
 
-_MOVES = {
+_MOVES: dict[str, Callable[[Matrix], Matrix]] = {
     "matrix": lambda numbers: numbers.reshape(4, 4),
     "translate": _translated,
     "rotate": _rotated,
