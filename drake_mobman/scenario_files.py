@@ -1,15 +1,32 @@
-"""The scenarios that come with the package: their files, found without Drake."""
+"""The scenarios and robots that come with the package: their files, without Drake."""
 
 from importlib import resources
 from pathlib import Path
 
+ROBOT = ".robot.yaml"
+"""How the name of a robot file ends."""
+
 
 def scenario_paths() -> dict[str, Path]:
     """Returns the files of the scenarios that come with the package, by name."""
-    folder = Path(str(resources.files("drake_mobman.scenarios")))
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+    return {path.stem: path for path in sorted(_folder().glob("*.yaml"))}
 
 
 def scenario_names() -> list[str]:
     """Returns the names of the scenarios that come with the package, in order."""
     return list(scenario_paths())
+
+
+def robot_paths() -> dict[str, Path]:
+    """Returns the robot files that come with the package, by the robot's name."""
+    paths = sorted((_folder() / "robots").glob(f"*{ROBOT}"))
+    return {path.name.removesuffix(ROBOT): path for path in paths}
+
+
+def robot_names() -> list[str]:
+    """Returns the names of the robots that come with the package, in order."""
+    return list(robot_paths())
+
+
+def _folder() -> Path:
+    return Path(str(resources.files("drake_mobman.scenarios")))
