@@ -8,8 +8,6 @@ from pydrake.math import inv
 from drake_mobman.arm.plant_kinematics import PlantKinematics
 from drake_mobman.scalars import Matrix
 
-_EYE = np.eye(6)
-
 _STEPS = 200
 """Most steps; in reach, about ten are enough."""
 
@@ -20,28 +18,29 @@ def nearest_joint_angles(
     start: Matrix,
     lower: Matrix,
     upper: Matrix,
-    length: float,
+    length: float | None,
 ) -> tuple[Matrix, float]:
-    """Returns joint angles (n,) [rad] that put E at a pose, and how far E misses it.
+    """Returns joint positions (n,) that put E at a pose, and how far E misses it.
 
     By the steps of Levenberg and Marquardt. Out of reach, they end near in position
     and, weighted, in rotation.
 
     Args:
-        arm: for floats; its joint angles are changed.
+        arm: for floats; its joint positions are changed.
         X_BD: desired pose of E, a `RigidTransform`.
-        start: joint angles (n,) to start from, within the limits [rad].
-        lower: smallest joint angles (n,) [rad].
-        upper: largest joint angles (n,) [rad].
-        length: weight of a rotation against a translation [m].
+        start: joint positions (n,) to start from, within the limits [rad], [m].
+        lower: smallest joint positions (n,) [rad], [m].
+        upper: largest joint positions (n,) [rad], [m].
+        length: weight of a rotation against a translation [m]; None where the
+            rotation does not matter.
     """
     q = start
     error, J = _weighted_error(arm, q, X_BD, length)
-    mu = 1e-3
+    mu, eye = 1e-3, np.eye(len(error))
     for _ in range(_STEPS):
         free = np.where(J.T @ error > 0, q < upper, q > lower)
         J_free = J * free
-        step = J_free.T @ inv(J_free @ J_free.T + mu * _EYE) @ error
+        step = J_free.T @ inv(J_free @ J_free.T + mu * eye) @ error
         next_q = np.clip(q + step, lower, upper)
         next_error, next_J = _weighted_error(arm, next_q, X_BD, length)
         if next_error @ next_error < error @ error:
@@ -55,11 +54,16 @@ def nearest_joint_angles(
 
 
 def _weighted_error(
-    arm: PlantKinematics, q: Matrix, X_BD: Any, length: float
+    arm: PlantKinematics, q: Matrix, X_BD: Any, length: float | None
 ) -> tuple[Matrix, Matrix]:
-    """Returns the error (6,) from E to D, and the Jacobian (6, n), both weighted."""
+    """Returns the error (6,) from E to D, and the Jacobian (6, n), both weighted.
+
+    Without a weight, those of the place alone, (3,) and (3, n).
+    """
     arm.set(q)
     X_BE = arm.X_BE()
+    if length is None:
+        return X_BD.translation() - X_BE.translation(), arm.J_V_BE()[3:]
     rotation = (X_BD.rotation() @ X_BE.rotation().inverse()).ToAngleAxis()
     error = np.append(
         length * rotation.angle() * rotation.axis(),

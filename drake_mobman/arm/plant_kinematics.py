@@ -30,16 +30,6 @@ class PlantKinematics:
         self._q[self._arm] = q
         self.plant.SetPositions(self._context, self._q)
 
-    def p_BS(self) -> Matrix:
-        """Returns the position (3,) of the first joint, on its child link [m]."""
-        joints = map(self.plant.get_joint, self.plant.GetJointIndices())
-        first = next(
-            joint
-            for joint in joints
-            if joint.num_positions() and joint.position_start() == self._arm.start
-        )
-        return first.frame_on_child().CalcPose(self._context, self._B).translation()
-
     def p_BT(self) -> Matrix:
         """Returns the position (3,) of T [m]."""
         return self._T.CalcPose(self._context, self._B).translation()

@@ -11,8 +11,6 @@ from pydrake.math import inv
 from drake_mobman.parameters import GAIN, LENGTH, YAW_RATE, Range, within
 from drake_mobman.scalars import Matrix, Scalar, larger
 
-_EYE = np.eye(6)
-
 _TINY = 1e-14
 """Square of a singular value [m^2], added so that an inverse stays finite."""
 
@@ -43,39 +41,39 @@ class Damping:
 
 
 def damped_pseudo_inverse(J: Matrix, damping: Damping) -> tuple[Matrix, Scalar]:
-    """Returns J^T (J J^T + lambda^2 I)^-1 (n, 6), and 1 where lambda > 0, else 0.
+    """Returns J^T (J J^T + lambda^2 I)^-1 (n, m), and 1 where lambda > 0, else 0.
 
     w = trace((J J^T)^-1)^(-1/2) measures how near J is to singular: it is at most the
-    smallest singular value, and at least 1/sqrt(6) of it. lambda is 0 for w above
+    smallest singular value, and at least 1/sqrt(m) of it. lambda is 0 for w above
     `threshold`. From there it grows smoothly to `threshold` itself at w = 0, so that
     the inverse multiplies nothing by more than about 1 / threshold.
 
     Args:
-        J: Jacobian (6, n) of V_BE, rotational rows first.
+        J: Jacobian (6, n) of V_BE, rotational rows first, or (3, n) of v_BE.
         damping: its `length` weighs these rows, its `threshold` bounds w.
     """
     scaled, weights = _scaled(J, damping)
-    gram = scaled @ scaled.T
-    inverse = inv(gram + _TINY * _EYE)
+    gram, eye = scaled @ scaled.T, np.eye(len(J))
+    inverse = inv(gram + _TINY * eye)
     w_squared = 1.0 / np.trace(inverse)
     near = larger(1.0 - w_squared / damping.threshold**2, 0.0)
     if near > 0:
-        inverse = inv(gram + (near * damping.threshold) ** 2 * _EYE)
+        inverse = inv(gram + (near * damping.threshold) ** 2 * eye)
     return scaled.T @ inverse * weights, 1.0 if near > 0 else 0.0
 
 
 def pseudo_inverse(J: Matrix, damping: Damping) -> Matrix:
-    """Returns J^T (J J^T)^-1 (n, 6), without damping, however large it is.
+    """Returns J^T (J J^T)^-1 (n, m), without damping, however large it is.
 
     Args:
-        J: Jacobian (6, n) of V_BE, rotational rows first.
+        J: Jacobian (6, n) of V_BE, rotational rows first, or (3, n) of v_BE.
         damping: its `length` weighs these rows.
     """
     scaled, weights = _scaled(J, damping)
-    return scaled.T @ inv(scaled @ scaled.T + _TINY * _EYE) * weights
+    return scaled.T @ inv(scaled @ scaled.T + _TINY * np.eye(len(J))) * weights
 
 
 def _scaled(J: Matrix, damping: Damping) -> tuple[Matrix, Matrix]:
-    """Returns J with rotational rows in metres, and the weights (6,) of its rows."""
-    weights = np.array([damping.length] * 3 + [1.0] * 3)
+    """Returns J with rotational rows in metres, and the weights (m,) of its rows."""
+    weights = np.array([damping.length] * (len(J) - 3) + [1.0] * 3)
     return weights[:, None] * J, weights

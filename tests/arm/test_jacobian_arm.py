@@ -8,8 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.orientation import orientation_error
@@ -326,7 +324,8 @@ def test_rates_are_bounded_everywhere(command):
         hand, posture, near = BLIND.ee_and_posture_rates(q, command)
         asked = np.hypot(command[0], command[2])
         hand[0] -= command[1]
-        assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold
+        # What the first joint leaves of omega_c is rounding.
+        assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold + SAME
         pull = BLIND.damping.posture_speed
         assert np.linalg.norm(posture) <= pull * (1 + SAME)
         # Damped, the posture moves the hand a little.
@@ -538,20 +537,16 @@ def test_behind_the_shoulder_is_out_of_reach():
 # What is refused.
 
 
-def test_an_arm_of_two_joints_is_refused():
-    with pytest.raises(ValueError, match="takes six joints, and the arm has 2"):
-        JacobianArm(RobotModel(Planar()).plant, [0.0, -1.0])
-
-
-def test_an_arm_that_does_not_turn_about_z_is_refused():
-    plant = MultibodyPlant(0.0)
-    text = Spatial().urdf()
-    waist = text.index('<joint name="waist"')
-    tipped = text[waist:].replace('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', 1)
-    Parser(plant).AddModelsFromString(text[:waist] + tipped, "urdf")
-    plant.Finalize()
-    with pytest.raises(ValueError, match="does not turn about B's z axis"):
-        JacobianArm(plant, [0.0, 0.5, -1.0, 0.0, 0.5, 0.0])
+@pytest.mark.parametrize(
+    ("posture", "level", "why"),
+    [
+        ([0.0, -1.0], None, "2 joints are too few for a placed tool"),
+        ([0.0, -1.0, 0.0], True, "3 joints are too few for a level tool"),
+    ],
+)
+def test_an_arm_of_too_few_joints_is_refused(posture, level, why):
+    with pytest.raises(ValueError, match=why):
+        JacobianArm(RobotModel(Planar()).plant, posture, level=level)
 
 
 @pytest.mark.parametrize(
