@@ -68,6 +68,8 @@ def portable(model: str, packages: Mapping[str, str]) -> str:
     known = Packages(packages, Path.cwd())
     for folder in path.parents:
         at = known.folder(folder.name) if folder.name else None
-        if at is not None and at.resolve() == folder.resolve():
+        if at is None or at.resolve() != folder.resolve():
+            continue
+        if not folder.is_relative_to(Path.cwd()):
             return f"package://{folder.name}/{path.relative_to(folder).as_posix()}"
     return str(path)
