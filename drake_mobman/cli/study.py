@@ -33,7 +33,9 @@ def compare_over(
         study = chosen_or_refused(name)
         given = scenarios or [""]
         if study.own and (scenarios or overrides):
-            refuse(f"--over {name} has scenarios of its own; give no SCENARIO, no --set")
+            refuse(
+                f"--over {name} has scenarios of its own; give no SCENARIO, no --set"
+            )
         if not study.own and not scenarios:
             refuse(f"give a SCENARIO for --over {name}")
         loaded = {each: rows_or_refused(study, each, overrides) for each in given}

@@ -1,4 +1,4 @@
-"""`mobman robot new`: a draft of a robot file, from a model and the link of its tool."""
+"""`mobman robot new`: a draft of a robot file, from a model and its tool's link."""
 
 import sys
 from pathlib import Path

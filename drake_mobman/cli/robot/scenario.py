@@ -25,7 +25,10 @@ def scenario(
     from drake_mobman.scenario.fitted import fitted_guided, fitted_teleop
 
     name, robot = load_robot(file)
-    files = {out / f"{name}_kwon.yaml": fitted_teleop, out / f"{name}_guided.yaml": fitted_guided}
+    files = {
+        out / f"{name}_kwon.yaml": fitted_teleop,
+        out / f"{name}_guided.yaml": fitted_guided,
+    }
     for path in files:
         if path.exists():
             refuse(f"{path}: is there already; take it away, or give another --out")

@@ -88,14 +88,14 @@ def _text(path: Path) -> str:
 @functools.lru_cache(maxsize=16)
 def _described(path: Path, text: str) -> Described:
     contents = checked(load_typed(RobotFile, load_yaml(text)))
-    models = _models(contents, path.parent)
+    models = models_of(contents, path.parent)
     model = loose(models, contents.held)
     layout = lay_out(contents, model)
     placement = place(contents, model, layout)
     return Described(path, contents, models, model, layout, placement)
 
 
-def _models(contents: RobotFile, folder: Path) -> list[Mounted]:
+def models_of(contents: RobotFile, folder: Path) -> list[Mounted]:
     """Returns the models of a robot file, each where it goes."""
     packages = Packages(contents.packages, folder)
     packages.check()
