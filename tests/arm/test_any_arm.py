@@ -43,7 +43,7 @@ ARMS = {
 }
 
 
-class Tested:
+class RandomArm:
     """A random arm with joints of given kinds, the first along a given axis."""
 
     def __init__(self, kinds, first, seed):
@@ -107,7 +107,7 @@ class Tested:
 
 @pytest.fixture(params=ARMS)
 def tested(request):
-    return Tested(*ARMS[request.param], seed=len(request.param))
+    return RandomArm(*ARMS[request.param], seed=len(request.param))
 
 
 def test_the_end_effector_moves_as_commanded(tested):
@@ -165,7 +165,7 @@ def test_the_first_vertical_joint_turns_the_arm_and_psi_counts_it():
         ("R" * 6, DOWN, 0, -1.0),
         ("P" + "R" * 5, DOWN, 1, -1.0),
     ):
-        tested = Tested(kinds, first, seed=1)
+        tested = RandomArm(kinds, first, seed=1)
         assert tested.arm.turn == (joint, sign)
         q = tested.arm.posture.copy()
         before = tested.arm.ee_cylindrical(q)[1]
@@ -173,12 +173,12 @@ def test_the_first_vertical_joint_turns_the_arm_and_psi_counts_it():
             q[joint] = tested.arm.posture[joint] + sign * turn
             after = tested.arm.ee_cylindrical(q)[1]
             assert after - before == pytest.approx(turn, abs=SAME)
-    assert Tested("R" * 6, OBLIQUE, seed=1).arm.turn is None
+    assert RandomArm("R" * 6, OBLIQUE, seed=1).arm.turn is None
 
 
 @pytest.mark.parametrize("axis", [UP, DOWN])
 def test_a_lift_follows_the_end_effector_and_gives_the_arm_its_posture_back(axis):
-    tested = Tested("P" + "R" * 7, axis, seed=3)
+    tested = RandomArm("P" + "R" * 7, axis, seed=3)
     arm, sign = tested.arm, float(axis[2])
     assert arm.lift == (0, sign)
     q = arm.posture.copy()
@@ -198,7 +198,7 @@ def test_a_lift_follows_the_end_effector_and_gives_the_arm_its_posture_back(axis
 
 
 def test_a_lift_goes_no_further_than_it_can_and_the_arm_goes_on():
-    tested = Tested("P" + "R" * 7, UP, seed=3)
+    tested = RandomArm("P" + "R" * 7, UP, seed=3)
     arm = tested.arm
     q = arm.posture.copy()
     q[0] = 2.0
