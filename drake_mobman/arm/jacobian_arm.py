@@ -14,7 +14,6 @@ import numpy as np
 from pydrake.autodiffutils import AutoDiffXd
 from pydrake.math import RigidTransform, RotationMatrix, atan2, cos, sin, sqrt
 
-from drake_mobman.arm.axes import Line
 from drake_mobman.arm.chain import chain_of
 from drake_mobman.arm.inverse_kinematics import nearest_joint_angles
 from drake_mobman.arm.orientation import orientation_error, rotation_about_z
@@ -24,7 +23,7 @@ from drake_mobman.arm.pseudo_inverse import (
     damped_pseudo_inverse,
     pseudo_inverse,
 )
-from drake_mobman.arm.shoulder import Carrier, JointAxis, Shoulder, shoulder
+from drake_mobman.arm.shoulder import Carrier, shoulder_of
 from drake_mobman.parameters import checked
 from drake_mobman.scalars import (
     Matrix,
@@ -128,7 +127,7 @@ class JacobianArm:
         model = PlantKinematics(plant, n)
         self._models = {float: model}
         model.set(self.posture)
-        found = _shoulder(plant, self.posture)
+        found = shoulder_of(chain_of(plant), self.posture)
         self.p_BS = tuple(found.p_BS.tolist())
         self.turn, self.lift = found.turn, found.lift
         # Where the others are enough, they move E, and the lift follows.
@@ -373,18 +372,6 @@ def _joint_rates(at: _Jacobian, ee_rates: Vector) -> Matrix:
     rates: Matrix = at.J_plus @ (wanted - at.J[:, i] * (sign * omega_m))
     rates[i] += sign * omega_m
     return rates
-
-
-def _shoulder(plant: Any, q: Matrix) -> Shoulder:
-    """Returns the shoulder of the arm of a plant at joint positions `q` (n,)."""
-    chain = chain_of(plant)
-    joints = zip(chain.joints, chain.at(q.tolist()).joints, strict=True)
-    return shoulder(
-        [
-            JointAxis(x.index, x.slides, Line(np.array(X.p), np.array(X.axes[2])))
-            for x, X in joints
-        ]
-    )
 
 
 def _polar(x: Scalar, y: Scalar, zero: Scalar) -> tuple[Scalar, Scalar]:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_mobman.arm.axes import Line, nearest_on
-from drake_mobman.scalars import Matrix
+from drake_mobman.arm.chain import Chain
+from drake_mobman.scalars import Matrix, Vector
 
 VERTICAL = 0.01
 """Tilt up to which an axis counts as vertical [rad]."""
@@ -59,6 +60,17 @@ def shoulder(joints: Sequence[JointAxis]) -> Shoulder:
             break
         carriers[slides] = Carrier(i, float(np.sign(line.direction[2])))
     return Shoulder(nearest_on(first, second), carriers.get(False), carriers.get(True))
+
+
+def shoulder_of(chain: Chain, q: Vector) -> Shoulder:
+    """Returns the shoulder of a chain at joint positions `q` (n,) [rad], [m]."""
+    poses = chain.at([float(x) for x in q]).joints
+    return shoulder(
+        [
+            JointAxis(each.index, each.slides, Line(np.array(X.p), np.array(X.axes[2])))
+            for each, X in zip(chain.joints, poses, strict=True)
+        ]
+    )
 
 
 def is_vertical(line: Line) -> bool:
