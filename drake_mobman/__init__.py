@@ -64,6 +64,7 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
         WorkspaceLimits,
     )
     from drake_mobman.robots.defaults import Start
+    from drake_mobman.robots.file import File
     from drake_mobman.robots.franka_tiago import FrankaTiago
     from drake_mobman.robots.kinematic import Kinematic, KinematicRobot
     from drake_mobman.robots.planar import Planar
@@ -108,6 +109,7 @@ __all__ = [
     "ExactDecomposer",
     "External",
     "FieldDecomposer",
+    "File",
     "FrankaTiago",
     "Gate",
     "GraspForce",

@@ -13,6 +13,7 @@ LAYERS = (
             "parameters",
             "scalars",
             "scenario_files",
+            "schema",
             "signals",
             "subexpressions",
             "tracing",

@@ -14,7 +14,7 @@ from types import UnionType
 from typing import Any
 
 from drake_mobman.scenario import AnyScenario
-from drake_mobman.scenario.schema import NOT_IN_YAML
+from drake_mobman.schema import NOT_IN_YAML
 
 MARK = "<!-- scenarios reference -->"
 """In the page, where the reference goes."""

@@ -21,6 +21,7 @@ from drake_mobman.arm.pseudo_inverse import (
     damped_pseudo_inverse,
     pseudo_inverse,
 )
+from drake_mobman.arm.shoulder import FIRST
 from drake_mobman.parameters import checked
 from drake_mobman.scalars import (
     Matrix,
@@ -107,6 +108,7 @@ class JacobianArm:
         if not np.allclose(model.J_V_BE()[:3, 0], [0, 0, 1]):
             raise ValueError("the arm's first joint does not turn about B's z axis")
         self.p_BS = tuple(model.p_BS().tolist())
+        self.turn = FIRST
         moved = np.abs(model.J_v_BT()).max(axis=0) > _STILL
         self.wrist = tuple(np.flatnonzero(~moved).tolist())
         X_BE = model.X_BE()

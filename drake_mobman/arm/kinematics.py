@@ -2,6 +2,7 @@
 
 from typing import Any, Protocol
 
+from drake_mobman.arm.shoulder import Carrier
 from drake_mobman.scalars import Matrix, Scalar, Vector
 
 
@@ -19,6 +20,10 @@ class ArmKinematics(Protocol):
     @property
     def p_BS(self) -> tuple[float, float, float]:
         """Returns the shoulder's position in B."""
+
+    @property
+    def turn(self) -> Carrier | None:
+        """Returns the joint that turns all of the arm about S; None without one."""
 
     @property
     def wrist(self) -> tuple[int, ...]:

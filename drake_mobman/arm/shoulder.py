@@ -27,6 +27,10 @@ class Carrier(NamedTuple):
     sign: float  # 1 where a positive rate increases the coordinate, else -1.
 
 
+FIRST = Carrier(0, 1.0)
+"""The first joint, where it turns to the left about an axis that points up."""
+
+
 class Shoulder(NamedTuple):
     """Where the arm's vertical axis is on the base, and what moves the arm along it."""
 

@@ -11,7 +11,7 @@ from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.report.pictures import figures
 from drake_mobman.scenario import AnyScenario
-from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.simulation.log import Log, StoredLog, append_log, finite_rows
 from drake_mobman.simulation.npz import write_npz
 from drake_mobman.simulation.output_folder import (

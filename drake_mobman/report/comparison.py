@@ -9,7 +9,7 @@ from drake_mobman.analysis.markdown import markdown_table
 from drake_mobman.analysis.table import Group, shown, table_of
 from drake_mobman.figures.comparison import draw_comparison
 from drake_mobman.report.pictures import PICTURED, png
-from drake_mobman.scenario.schema import dump_typed
+from drake_mobman.schema import dump_typed
 from drake_mobman.simulation.output_folder import OutputFolder
 from drake_mobman.simulation.run_folder import SCENARIO
 

@@ -4,7 +4,7 @@ import dataclasses as dc
 from typing import Any
 
 from drake_mobman.scenario.scenario import Scenario
-from drake_mobman.scenario.schema import NOT_IN_YAML, TAG, dump_yaml, plain
+from drake_mobman.schema import NOT_IN_YAML, TAG, dump_yaml, plain
 
 
 def dump_changes(scenario: Scenario) -> str:

@@ -16,7 +16,7 @@ from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
 from drake_mobman.scenario.fit import REACHED, below, check_joints, check_workspace
 from drake_mobman.scenario.layers import with_defaults
-from drake_mobman.scenario.schema import NOT_IN_YAML, dump_yaml, plain
+from drake_mobman.schema import NOT_IN_YAML, dump_yaml, plain
 from drake_mobman.ticks import last_tick
 
 OF_ROBOT: Any = None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_mobman import signals
-from drake_mobman.scenario.schema import dump_typed
+from drake_mobman.schema import dump_typed
 from drake_mobman.simulation.log import windows
 from drake_mobman.simulation.npz import write_npz
 from drake_mobman.simulation.output_folder import (

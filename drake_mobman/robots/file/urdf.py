@@ -1,0 +1,100 @@
+"""URDF as Drake takes it: what Drake does not know is left out, and kept aside."""
+
+import copy
+import hashlib
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.file.model import (
+    Mimic,
+    Model,
+    Shapes,
+    mesh_file,
+    refuse_macros,
+)
+from drake_mobman.robots.file.packages import Packages
+from drake_mobman.robots.file.shapes import keep_shapes
+
+_KEPT = {"link", "joint", "material"}
+"""What is read at the top; the rest is for simulators, controllers and planners."""
+
+_JOINT_KEPT = {"origin", "parent", "child", "axis", "limit", "dynamics"}
+"""What is read of a joint."""
+
+
+def urdf_model(root: ET.Element, path: Path, packages: Packages) -> Model:
+    """Returns a model in URDF.
+
+    Raises:
+        ParameterError: where xacro's macros are left in, or a mesh is missing.
+    """
+    refuse_macros(root, path)
+    efforts, mimics = _efforts(root, path), _mimics(root, path)
+    for x in [x for x in root if x.tag not in _KEPT]:
+        root.remove(x)
+    for joint in root.iter("joint"):
+        for x in [x for x in joint if x.tag not in _JOINT_KEPT]:
+            joint.remove(x)
+        for x in joint.iter("dynamics"):
+            x.attrib.pop("friction", None)  # Drake has none in joints.
+    for link in root.iter("link"):
+        link.attrib.pop("type", None)
+    _rename_materials(root)
+    meshes = {}
+    for mesh in root.iter("mesh"):
+        uri = mesh.get("filename", "")
+        meshes[uri] = mesh_file(uri, path, packages, path.parent)
+
+    def text(shapes: Shapes) -> str:
+        written = copy.deepcopy(root)
+        for link in written.iter("link"):
+            keep_shapes(link, shapes)
+        return ET.tostring(written, encoding="unicode")
+
+    files = tuple(dict.fromkeys(meshes.values()))
+    return Model(path, "urdf", text, efforts, mimics, files)
+
+
+def _efforts(root: ET.Element, path: Path) -> dict[str, float]:
+    found = {}
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        if limit is not None and limit.get("effort"):
+            found[joint.get("name", "")] = _number(limit, "effort", path)
+    return found
+
+
+def _mimics(root: ET.Element, path: Path) -> dict[str, Mimic]:
+    found = {}
+    for joint in root.findall("joint"):
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            found[joint.get("name", "")] = Mimic(
+                mimic.get("joint", ""),
+                _number(mimic, "multiplier", path, 1.0),
+                _number(mimic, "offset", path, 0.0),
+            )
+    return found
+
+
+def _number(x: ET.Element, key: str, path: Path, default: float = 0.0) -> float:
+    try:
+        return float(x.get(key, default))
+    except ValueError:
+        valid = f"its <{x.tag}> has {key} = {x.get(key)!r}, which must be a number"
+        raise ParameterError("model", path.name, valid) from None
+
+
+def _rename_materials(root: ET.Element) -> None:
+    """Names materials by their colours too: Drake refuses two colours of one name."""
+    colours: dict[str, str] = {}
+    for material in root.iter("material"):
+        colour = material.find("color")
+        if colour is None:
+            continue
+        rgba = colour.get("rgba", "")
+        name = material.get("name", "")
+        if not name or colours.setdefault(name, rgba) != rgba:
+            digest = hashlib.sha1(rgba.encode()).hexdigest()[:8]
+            material.set("name", f"{name}_{digest}")
