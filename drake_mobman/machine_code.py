@@ -170,6 +170,9 @@ class _Code:
         _, operands = part.Unapply()
         if kind in _FOLDED:
             return self._folded(*_FOLDED[kind], operands)
+        return self._operation(kind, operands)
+
+    def _operation(self, kind: Any, operands: Sequence[Any]) -> str:
         if kind == ExpressionKind.IfThenElse:
             condition, *either = operands
             a, b = map(self.value, either)

@@ -7,14 +7,11 @@ import dataclasses as dc
 from collections.abc import Sequence
 
 from drake_mobman.parameters import GAIN, LENGTH, YAW_RATE, Range, within
-from drake_mobman.scalars import Scalar, Vector, larger, where
+from drake_mobman.scalars import Rows, Scalar, Vector, larger, where
 from drake_mobman.tracing import all_named, named
 
 _TINY = 1e-14
 """Square of a singular value [m^2], added so that an inverse stays finite."""
-
-Rows = Sequence[Vector]
-"""A matrix by its rows: a list of lists, or an array."""
 
 
 @dc.dataclass
@@ -57,11 +54,11 @@ def damped_pseudo_inverse(
         damping: its `length` weighs these rows, its `threshold` bounds w.
     """
     scaled, weights = _scaled(J, damping)
-    gram = _gram(scaled)
-    inverse = symmetric_inverse(gram, _TINY)
-    trace = named(sum(inverse[i][i] for i in range(len(gram))))
+    squares = gram(scaled)
+    inverse = symmetric_inverse(squares, _TINY)
+    trace = named(sum(inverse[i][i] for i in range(len(squares))))
     near = named(larger(1.0 - 1.0 / (trace * damping.threshold**2), 0.0))
-    damped = symmetric_inverse(gram, (near * damping.threshold) ** 2 + _TINY)
+    damped = symmetric_inverse(squares, (near * damping.threshold) ** 2 + _TINY)
     return _unscaled(scaled, damped, weights), where(near > 0, 1.0, 0.0)
 
 
@@ -73,7 +70,7 @@ def pseudo_inverse(J: Rows, damping: Damping) -> list[list[Scalar]]:
         damping: its `length` weighs these rows.
     """
     scaled, weights = _scaled(J, damping)
-    return _unscaled(scaled, symmetric_inverse(_gram(scaled), _TINY), weights)
+    return _unscaled(scaled, symmetric_inverse(gram(scaled), _TINY), weights)
 
 
 def symmetric_inverse(A: Rows, added: Scalar = 0.0) -> list[list[Scalar]]:
@@ -88,15 +85,15 @@ def symmetric_inverse(A: Rows, added: Scalar = 0.0) -> list[list[Scalar]]:
     LD = [[0.0] * m for _ in A]
     D: list[Scalar] = []
     for j in range(m):
-        D.append(named(A[j][j] + added - _dot(L[j][:j], LD[j][:j])))
+        D.append(named(A[j][j] + added - dot(L[j][:j], LD[j][:j])))
         for i in range(j + 1, m):
-            LD[i][j] = named(A[i][j] - _dot(L[j][:j], LD[i][:j]))
+            LD[i][j] = named(A[i][j] - dot(L[j][:j], LD[i][:j]))
             L[i][j] = named(LD[i][j] / D[j])
     M = [[0.0] * m for _ in A]  # The inverse of L.
     for j in range(m):
         M[j][j] = 1.0
         for i in range(j + 1, m):
-            M[i][j] = named(-_dot(L[i][j:i], [M[k][j] for k in range(j, i)]))
+            M[i][j] = named(-dot(L[i][j:i], [M[k][j] for k in range(j, i)]))
     inverse = [[0.0] * m for _ in A]
     for i in range(m):
         for j in range(i + 1):
@@ -105,14 +102,15 @@ def symmetric_inverse(A: Rows, added: Scalar = 0.0) -> list[list[Scalar]]:
     return inverse
 
 
-def _dot(a: Vector, b: Vector) -> Scalar:
+def dot(a: Vector, b: Vector) -> Scalar:
+    """Returns the inner product of two vectors."""
     return sum((x * y for x, y in zip(a, b, strict=True)), 0.0)
 
 
-def _gram(J: Rows) -> list[list[Scalar]]:
+def gram(J: Rows) -> list[list[Scalar]]:
     """Returns the lower half of J J^T (m, m)."""
     return [
-        [named(_dot(J[i], J[j])) for j in range(i + 1)] + [0.0] * (len(J) - i - 1)
+        [named(dot(J[i], J[j])) for j in range(i + 1)] + [0.0] * (len(J) - i - 1)
         for i in range(len(J))
     ]
 
@@ -131,7 +129,7 @@ def _unscaled(
     """Returns scaled^T inverse (n, m), with its columns weighted."""
     return [
         all_named(
-            [w * _dot(column, row) for w, row in zip(weights, inverse, strict=True)]
+            [w * dot(column, row) for w, row in zip(weights, inverse, strict=True)]
         )
         for column in zip(*scaled, strict=True)
     ]

@@ -243,7 +243,7 @@ def test_a_tilted_hand_is_brought_back_while_it_moves():
 def test_a_hand_turned_apart_is_moved_and_turned_by_parts_of_its_rates(command, yaw):
     for q in regular_angles(5):
         hand, turns, by_level, posture, damped = ARM.oriented_parts(q, command, yaw)
-        turn, home = turns[:, 2], np.add(by_level, posture)
+        turn, home = np.array(turns)[:, 2], np.add(by_level, posture)
         assert not damped
         expected = commanded_V_BE(q, command)
         np.testing.assert_allclose(V_BE(q, hand), expected, rtol=0, atol=RATES)
@@ -326,7 +326,8 @@ def test_rates_are_bounded_everywhere(command):
         hand, posture, near = BLIND.ee_and_posture_rates(q, command)
         asked = np.hypot(command[0], command[2])
         hand[0] -= command[1]
-        assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold
+        # What the first joint leaves of omega_c is rounding.
+        assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold + SAME
         pull = BLIND.damping.posture_speed
         assert np.linalg.norm(posture) <= pull * (1 + SAME)
         # Damped, the posture moves the hand a little.
