@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.decomposers.qp import Qp, QpDecomposer
     from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
     from drake_mobman.diagrams import make_diagram
+    from drake_mobman.engines.drake import Drake
+    from drake_mobman.engines.mujoco.params import Mujoco
     from drake_mobman.figures import draw_figures
     from drake_mobman.guidance.applied_force import PointForce
     from drake_mobman.guidance.guiding_hand import (
@@ -104,6 +106,7 @@ __all__ = [
     "DiffIk",
     "DiffIkDecomposer",
     "Drag",
+    "Drake",
     "EndEffectorSensor",
     "Exact",
     "ExactDecomposer",
@@ -125,6 +128,7 @@ __all__ = [
     "KinematicRobot",
     "LedHand",
     "LiveSource",
+    "Mujoco",
     "Operator",
     "OptimizationDecomposer",
     "OrientedInverse",

@@ -21,7 +21,7 @@ LAYERS = (
         ),
         *("meshcat", "terminal", "ticks"),
     ),
-    ("arm",),
+    ("arm", "engines"),
     ("robot_model",),
     ("base",),
     ("decomposers", "guidance", "teleop"),

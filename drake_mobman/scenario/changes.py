@@ -3,15 +3,22 @@
 import dataclasses as dc
 from typing import Any
 
+from drake_mobman.robot_model import RobotDescription
 from drake_mobman.scenario.scenario import Scenario
 from drake_mobman.schema import NOT_IN_YAML, TAG, dump_yaml, plain
 
 
-def dump_changes(scenario: Scenario) -> str:
-    """Returns a scenario as YAML, without what it has by itself for this robot."""
+def dump_changes(scenario: Scenario, robot: RobotDescription | None = None) -> str:
+    """Returns a scenario as YAML, without what it has by itself for this robot.
+
+    Args:
+        scenario: to write.
+        robot: the same, as the file is to name it.
+    """
     kind: Any = type(scenario)
     changed = _changes(scenario, kind(robot=scenario.robot), kind)
-    changed["robot"] = plain(scenario, kind)["robot"]
+    types = {field.name: field.type for field in dc.fields(kind)}
+    changed["robot"] = plain(robot or scenario.robot, types["robot"])
     return dump_yaml({TAG: f"!{kind.__name__}"} | changed, short=True)
 
 
