@@ -8,8 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.orientation import orientation_error
@@ -540,19 +538,8 @@ def test_behind_the_shoulder_is_out_of_reach():
 
 
 def test_an_arm_of_two_joints_is_refused():
-    with pytest.raises(ValueError, match="takes six joints, and the arm has 2"):
+    with pytest.raises(ValueError, match="2 joints are too few for a placed tool"):
         JacobianArm(RobotModel(Planar()).plant, [0.0, -1.0])
-
-
-def test_an_arm_that_does_not_turn_about_z_is_refused():
-    plant = MultibodyPlant(0.0)
-    text = Spatial().urdf()
-    waist = text.index('<joint name="waist"')
-    tipped = text[waist:].replace('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', 1)
-    Parser(plant).AddModelsFromString(text[:waist] + tipped, "urdf")
-    plant.Finalize()
-    with pytest.raises(ValueError, match="does not turn about B's z axis"):
-        JacobianArm(plant, [0.0, 0.5, -1.0, 0.0, 0.5, 0.0])
 
 
 @pytest.mark.parametrize(
