@@ -36,9 +36,7 @@ class Shoulder(NamedTuple):
     """Where the arm's vertical axis is on the base, and what moves the arm along it."""
 
     p_BS: Matrix  # Of S (3,) [m].
-    turn: (
-        Carrier | None
-    )  # The joint about the vertical through S; none if it is tilted.
+    turn: Carrier | None  # The joint about the vertical through S; none if tilted.
     lift: Carrier | None  # The joint that lifts the arm as a whole.
 
 
