@@ -9,13 +9,12 @@ from drake_mobman.analysis.markdown import markdown_table
 from drake_mobman.analysis.table import Group, shown, table_of
 from drake_mobman.figures.comparison import draw_comparison
 from drake_mobman.report.pictures import PICTURED, png
-from drake_mobman.schema import dump_typed
 from drake_mobman.simulation.output_folder import OutputFolder
-from drake_mobman.simulation.run_folder import SCENARIO
+from drake_mobman.simulation.scenario_texts import SCENARIO_FILES, scenario_texts
 
 PAGE, NUMBERS, PICTURE = "comparison.md", "comparison.json", "comparison.png"
 
-COMPARISON = (SCENARIO, PAGE, NUMBERS, PICTURE)
+COMPARISON = (*SCENARIO_FILES, PAGE, NUMBERS, PICTURE)
 """Files that a comparison may replace."""
 
 
@@ -33,7 +32,7 @@ def write_comparison(comparison: Comparison, title: str, folder: OutputFolder) -
         "metrics": comparison.table(),
     }
     files = {
-        SCENARIO: dump_typed(comparison.scenario),
+        **scenario_texts(comparison.scenario),
         PAGE: _page(comparison, title),
         NUMBERS: json.dumps(content, indent=2, allow_nan=False) + "\n",
     }

@@ -9,7 +9,7 @@ from drake_mobman.analysis.motion import ee_motion
 from drake_mobman.engines import Drake, Mujoco
 from drake_mobman.engines.mujoco import params
 from drake_mobman.scenario import ScenarioError, load_scenario
-from drake_mobman.scenario.schema import dump_typed
+from drake_mobman.schema import dump_typed
 from drake_mobman.simulation.simulate import simulate
 
 SAME = 1e-5

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from pydrake.math import RigidTransform
 from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint, SpatialInertia
 
 from drake_mobman.frames import INSTANCE
@@ -72,11 +73,10 @@ class Assembly:
         plant.WeldFrames(base.body_frame(), parsed.frames[layout.base], X_BF)
         for name, frame, X in (
             ("tee", placement.tee.value, placement.X_T),
-            ("tool", layout.tool, None),
+            ("tool", layout.tool, RigidTransform()),
         ):
             body = plant.AddRigidBody(name, ours, SpatialInertia.Zero())
-            where = (X,) if X is not None else ()
-            plant.WeldFrames(parsed.frames[frame], body.body_frame(), *where)
+            plant.WeldFrames(parsed.frames[frame], body.body_frame(), X)
         for name in layout.arm:
             self._limit(parsed.joints[name], name)
             effort = parsed.efforts.get(name, 0.0) or np.inf

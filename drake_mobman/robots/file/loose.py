@@ -8,7 +8,9 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame
 
+from drake_mobman.frames import INSTANCE
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.file.model import Shapes
 from drake_mobman.robots.file.names import found
@@ -24,6 +26,7 @@ class Loose:
     inspector: Any  # Of its geometry: outlines.
     context: Any  # With each joint at its `held` position.
     held: dict[str, float]  # Where joints are unless they are driven [rad], [m].
+    B: Any  # Frame of the base, once it is put where it is.
 
     def way(self, body: Any) -> list[str]:
         """Returns the names of the joints on the way to a body, from its root on.
@@ -44,6 +47,16 @@ class Loose:
         """Returns the body that the way to a body begins at."""
         way = self.way(body)
         return self.parsed.joints[way[0]].parent_body() if way else body
+
+    def name_of(self, frame: Any) -> str:
+        """Returns the name of a frame, as `Parsed` has it."""
+        frames = self.parsed.frames.items()
+        return next(n for n, x in frames if x.index() == frame.index())
+
+    def put_base(self, F: Any, X_FB: RigidTransform) -> None:
+        """Puts the frame B to a pose in a frame F, at the joints' positions."""
+        X_WF = F.CalcPoseInWorld(self.context)
+        self.B.SetPoseInParentFrame(self.context, X_WF @ X_FB)
 
     def X_FM(self, joint: str) -> RigidTransform:
         """Returns the pose of a joint's child frame in its parent frame."""
@@ -69,6 +82,8 @@ def loose(models: Sequence[Mounted], held: dict[str, float]) -> Loose:
         names = ", ".join(top.name() for top in tops[:5])
         valid = f"its links must all be joined; apart from each other are {names}"
         raise ParameterError("model", models[0].model.path.name, valid)
+    place = FixedOffsetFrame(f"{INSTANCE}::B", plant.world_frame(), RigidTransform())
+    B = plant.AddFrame(place)
     try:
         plant.Finalize()
     except RuntimeError as error:
@@ -82,7 +97,8 @@ def loose(models: Sequence[Mounted], held: dict[str, float]) -> Loose:
     for name, at in positions.items():
         q[parsed.joints[name].position_start()] = at
     plant.SetPositions(context, q)
-    return Loose(plant, parsed, scene_graph.model_inspector(), context, positions)
+    inspector = scene_graph.model_inspector()
+    return Loose(plant, parsed, inspector, context, positions, B)
 
 
 def _held(parsed: Parsed, held: dict[str, float]) -> dict[str, float]:

@@ -11,10 +11,11 @@ from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.file.packages import Packages, missing
 
 
-class Shapes(enum.Flag):
-    """Which shapes a model's text has; without any, it has links and joints alone."""
+class Shapes(enum.Enum):
+    """Which shapes a model's text has."""
 
-    NONE = 0
+    NONE = enum.auto()
+    """Links and joints alone."""
     OUTLINE = enum.auto()
     """Those for collisions, or what is drawn where a link has none; no meshes."""
     DRAWN = enum.auto()

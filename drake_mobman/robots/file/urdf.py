@@ -1,11 +1,13 @@
 """URDF as Drake takes it: what Drake does not know is left out, and kept aside."""
 
-import copy
 import hashlib
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from pydrake.math import RollPitchYaw
+
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.file.fitted import Fit
 from drake_mobman.robots.file.model import (
     Mimic,
     Model,
@@ -14,7 +16,13 @@ from drake_mobman.robots.file.model import (
     refuse_macros,
 )
 from drake_mobman.robots.file.packages import Packages
-from drake_mobman.robots.file.shapes import keep_shapes
+from drake_mobman.robots.file.shapes import (
+    numbers,
+    pose_of,
+    put_geometry,
+    with_shapes,
+    words,
+)
 
 _KEPT = {"link", "joint", "material"}
 """What is read at the top; the rest is for simulators, controllers and planners."""
@@ -41,19 +49,45 @@ def urdf_model(root: ET.Element, path: Path, packages: Packages) -> Model:
     for link in root.iter("link"):
         link.attrib.pop("type", None)
     _rename_materials(root)
-    meshes = {}
-    for mesh in root.iter("mesh"):
-        uri = mesh.get("filename", "")
-        meshes[uri] = mesh_file(uri, path, packages, path.parent)
+    files = {
+        uri: mesh_file(uri, path, packages, path.parent)
+        for uri in (mesh.get("filename", "") for mesh in root.iter("mesh"))
+    }
 
     def text(shapes: Shapes) -> str:
-        written = copy.deepcopy(root)
-        for link in written.iter("link"):
-            keep_shapes(link, shapes)
+        written = with_shapes(root, shapes, _Urdf(), files)
         return ET.tostring(written, encoding="unicode")
 
-    files = tuple(dict.fromkeys(meshes.values()))
-    return Model(path, "urdf", text, efforts, mimics, files)
+    meshes = tuple(dict.fromkeys(files.values()))
+    return Model(path, "urdf", text, efforts, mimics, meshes)
+
+
+class _Urdf:
+    """How URDF writes shapes: a `Dialect`."""
+
+    def mesh(self, shape: ET.Element) -> tuple[str, list[float]] | None:
+        mesh = shape.find("geometry/mesh")
+        if mesh is None:
+            return None
+        return mesh.get("filename", ""), numbers(mesh.get("scale"), "1 1 1")
+
+    def put_primitive(self, shape: ET.Element, fit: Fit) -> None:
+        put_geometry(shape, ET.Element(fit.kind, fit.size))
+        origin = shape.find("origin")
+        if origin is None:
+            origin = ET.SubElement(shape, "origin")
+        given = (numbers(origin.get(key), "0 0 0") for key in ("xyz", "rpy"))
+        X_LG = pose_of(*given) @ fit.X_MG
+        origin.set("xyz", words(X_LG.translation()))
+        origin.set("rpy", words(RollPitchYaw(X_LG.rotation()).vector()))
+
+    def put_mesh(self, shape: ET.Element, uri: str, rgba: str) -> None:
+        scale = shape.find("geometry/mesh")
+        size = {} if scale is None else {"scale": scale.get("scale", "1 1 1")}
+        put_geometry(shape, ET.Element("mesh", {"filename": uri} | size))
+        if rgba and shape.find("material") is None:
+            material = ET.SubElement(shape, "material", {"name": f"colour_{rgba}"})
+            ET.SubElement(material, "color", {"rgba": rgba})
 
 
 def _efforts(root: ET.Element, path: Path) -> dict[str, float]:
