@@ -17,6 +17,7 @@ LAYERS = (
             "signals",
             "subexpressions",
             "tracing",
+            "machine_code",
         ),
         *("meshcat", "terminal", "ticks"),
     ),

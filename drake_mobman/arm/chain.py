@@ -44,6 +44,8 @@ class ChainJoint:
     name: str
     index: int  # Of its position in q.
     slides: bool  # Else it turns.
+    lower: float  # Its smallest position [rad] or [m].
+    upper: float  # And its largest.
     X: Fixed  # Its frame, where it is at zero, in the frame of the joint before, or B.
 
 
@@ -80,6 +82,25 @@ class Chain:
     def num_joints(self) -> int:
         """Returns n."""
         return len(self.joints)
+
+    @property
+    def lower(self) -> list[float]:
+        """Returns the smallest joint positions (n,) [rad] or [m]."""
+        return [j.lower for j in sorted(self.joints, key=lambda j: j.index)]
+
+    @property
+    def upper(self) -> list[float]:
+        """Returns the largest joint positions (n,) [rad] or [m]."""
+        return [j.upper for j in sorted(self.joints, key=lambda j: j.index)]
+
+    def with_tool_turned(self, R_EF: Any) -> "Chain":
+        """Returns the chain with E's axes turned by a rotation matrix (3, 3)."""
+        axes = np.zeros((3, 3))
+        for column, weights in zip(axes, self.X_E.axes, strict=True):
+            for i, weight in weights:
+                column[i] = weight
+        x, y, z = (_weights(column) for column in (axes.T @ R_EF).T)
+        return dc.replace(self, X_E=Fixed((x, y, z), self.X_E.p))
 
     def at(self, q: Vector) -> Placed:
         """Returns where the chain is at joint positions `q` (n,) [rad] or [m]."""
@@ -133,7 +154,13 @@ def chain_of(plant: Any) -> Chain:
         along = RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2), np.zeros(3))
         index = order.index(joint.position_start())
         X_joint = _fixed(aligned.inverse() @ X @ along)
-        found.append(ChainJoint(joint.name(), index, slides, X_joint))
+        (lower,), (upper,) = (
+            joint.position_lower_limits(),
+            joint.position_upper_limits(),
+        )
+        found.append(
+            ChainJoint(joint.name(), index, slides, float(lower), float(upper), X_joint)
+        )
         before, aligned = joint.frame_on_child(), along
         ends.append((before, aligned))
 

@@ -1,20 +1,22 @@
 """Joint angles for a pose of the end effector, by iteration on the Jacobian."""
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
-from pydrake.math import inv
+from pydrake.math import RotationMatrix, inv
 
-from drake_mobman.arm.plant_kinematics import PlantKinematics
 from drake_mobman.scalars import Matrix
+
+Arm = Callable[[Matrix], tuple[Matrix, Matrix, Matrix]]
 
 _STEPS = 200
 """Most steps; in reach, about ten are enough."""
 
 
 def nearest_joint_angles(
-    arm: PlantKinematics,
-    X_BD: Any,
+    arm: Arm,
+    R_BD: Matrix,
+    p_BD: Matrix,
     start: Matrix,
     lower: Matrix,
     upper: Matrix,
@@ -26,8 +28,9 @@ def nearest_joint_angles(
     and, weighted, in rotation.
 
     Args:
-        arm: for floats; its joint positions are changed.
-        X_BD: desired pose of E, a `RigidTransform`.
+        arm: returns R_BE (3, 3), p_BE (3,) and the Jacobian (6, n) of V_BE.
+        R_BD: desired axes of E (3, 3).
+        p_BD: desired place of E (3,) [m].
         start: joint positions (n,) to start from, within the limits [rad], [m].
         lower: smallest joint positions (n,) [rad], [m].
         upper: largest joint positions (n,) [rad], [m].
@@ -35,14 +38,14 @@ def nearest_joint_angles(
             rotation does not matter.
     """
     q = start
-    error, J = _weighted_error(arm, q, X_BD, length)
+    error, J = _weighted_error(arm, q, R_BD, p_BD, length)
     mu, eye = 1e-3, np.eye(len(error))
     for _ in range(_STEPS):
         free = np.where(J.T @ error > 0, q < upper, q > lower)
         J_free = J * free
         step = J_free.T @ inv(J_free @ J_free.T + mu * eye) @ error
         next_q = np.clip(q + step, lower, upper)
-        next_error, next_J = _weighted_error(arm, next_q, X_BD, length)
+        next_error, next_J = _weighted_error(arm, next_q, R_BD, p_BD, length)
         if next_error @ next_error < error @ error:
             q, error, J = next_q, next_error, next_J
             mu = max(0.1 * mu, 1e-8)
@@ -54,21 +57,16 @@ def nearest_joint_angles(
 
 
 def _weighted_error(
-    arm: PlantKinematics, q: Matrix, X_BD: Any, length: float | None
+    arm: Arm, q: Matrix, R_BD: Matrix, p_BD: Matrix, length: float | None
 ) -> tuple[Matrix, Matrix]:
     """Returns the error (6,) from E to D, and the Jacobian (6, n), both weighted.
 
     Without a weight, those of the place alone, (3,) and (3, n).
     """
-    arm.set(q)
-    X_BE = arm.X_BE()
+    R_BE, p_BE, J = arm(q)
     if length is None:
-        return X_BD.translation() - X_BE.translation(), arm.J_V_BE()[3:]
-    rotation = (X_BD.rotation() @ X_BE.rotation().inverse()).ToAngleAxis()
-    error = np.append(
-        length * rotation.angle() * rotation.axis(),
-        X_BD.translation() - X_BE.translation(),
-    )
-    J = arm.J_V_BE()
+        return p_BD - p_BE, J[3:]
+    left = RotationMatrix.ProjectToRotationMatrix(R_BD @ R_BE.T).ToAngleAxis()
+    error = np.append(length * left.angle() * left.axis(), p_BD - p_BE)
     J[:3] *= length
     return error, J

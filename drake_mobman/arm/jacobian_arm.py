@@ -1,4 +1,4 @@
-"""Any arm with three joints or more, by the Jacobian of its model.
+"""Any arm with three joints or more, by the Jacobian of its chain.
 
 With six joints or more, the end effector stays level. It turns with the reach, as that
 of Kwon's spatial arm does in closed form, or independently of it. Joints that are left
@@ -7,34 +7,40 @@ keep the elbow near a posture meanwhile, in the null space of the Jacobian (Lieg
 """
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.autodiffutils import AutoDiffXd
-from pydrake.math import RigidTransform, RotationMatrix, atan2, cos, sin, sqrt
+from pydrake.math import atan2, cos, sin, sqrt
 
-from drake_mobman.arm.axes import Line
-from drake_mobman.arm.chain import chain_of
+from drake_mobman.arm.chain import Row, chain_of
 from drake_mobman.arm.inverse_kinematics import nearest_joint_angles
-from drake_mobman.arm.orientation import orientation_error, rotation_about_z
-from drake_mobman.arm.plant_kinematics import PlantKinematics
+from drake_mobman.arm.orientation import rotation_about_z
 from drake_mobman.arm.pseudo_inverse import (
     Damping,
     damped_pseudo_inverse,
+    dot,
     pseudo_inverse,
 )
-from drake_mobman.arm.shoulder import Carrier, JointAxis, Shoulder, shoulder
+from drake_mobman.arm.shoulder import shoulder_of
+from drake_mobman.machine_code import FastLaw
 from drake_mobman.parameters import checked
 from drake_mobman.scalars import (
     Matrix,
+    Rows,
     Scalar,
     Vector,
-    clamped_norm,
     larger,
     smaller,
+    where,
     wrapped_angle,
 )
+from drake_mobman.tracing import all_named, named
+
+LEVEL = 6
+"""Joints that it takes to place the end effector and to keep it level."""
+
+_PLACED = 3
+"""Joints that it takes to place it."""
 
 _REACHED = 1e-9
 """How far E may miss a point and still counts as there [m] and [rad]."""
@@ -45,6 +51,9 @@ _AT_BACK = 1e-9
 _STILL = 1e-9
 """How fast a joint of the wrist moves its centre T at most [m/rad]."""
 
+_TINY = 1e-30
+"""Square of a rate [rad^2/s^2], in place of zero, so that nothing is divided by it."""
+
 
 class OrientedParts(NamedTuple):
     """Joint rates of an end effector that turns independently of its reach.
@@ -53,21 +62,14 @@ class OrientedParts(NamedTuple):
     """
 
     ee: list[Scalar]  # Move E as commanded, turning with its reach (n,) [rad/s].
-    turns: Matrix  # Turn it by 1 rad/s about each of B's axes (n, 3) [rad/s].
+    turns: list[Row]  # Turn it by 1 rad/s about each of B's axes (n, 3) [rad/s].
     level: list[Scalar]  # Turn it level, and to its yaw (n,) [rad/s].
     posture: list[Scalar]  # Bring the joints nearer to the posture (n,) [rad/s].
     damped: Scalar  # 1 where the rates are damped, else 0.
 
 
-LEVEL = 6
-"""Joints that it takes to place the end effector and to keep it level."""
-
-_PLACED = 3
-"""Joints that it takes to place it."""
-
-
 class JacobianArm:
-    """An arm with three joints or more, for float and AutoDiffXd: an `ArmKinematics`.
+    """An arm with three joints or more, for any scalar: an `ArmKinematics`.
 
     Its joints turn or slide, in any order and about any axes. S is on its first axis of
     rotation, and stays there where a lift moves the arm as a whole.
@@ -85,23 +87,18 @@ class JacobianArm:
     An arm of fewer than six joints places E, and its orientation follows. So does any
     arm that is not to be `level`.
 
-    The model has one context, which each call overwrites: one object is not for two
-    threads.
+    For floats, its laws are machine code, compiled when they are first used.
 
     Args:
-        plant: finalized `MultibodyPlant` with links `base` (B), `tee` (T) and `tool`
-            (E), whose last positions are those of the arm's joints.
+        plant: finalized `MultibodyPlant` with frames `base` (B), `tee` (T) and `tool`
+            (E); between B and E it has the arm's joints.
         posture: joint positions (n,) to stay near, with E level [rad], [m].
         damping: of the rates; by default, that for a Franka arm.
         level: whether E stays level; by default, where the arm has joints enough.
-        p_BT: returns p_BT (3,) [m] for joint angles (n,), where the arm has a closed
-            form of it.
-        p_SE: returns p_SE (3,) [m] for joint angles (n,), where the arm has a closed
-            form of it, in any axes that turn with the first joint about B's z axis.
 
     Raises:
         ParameterError: where `damping` is not valid.
-        ValueError: where the arm has too few joints.
+        ValueError: where the arm has too few joints, or others than `posture`.
     """
 
     def __init__(
@@ -111,68 +108,65 @@ class JacobianArm:
         damping: Damping | None = None,
         *,
         level: bool | None = None,
-        p_BT: Callable[[Any], Any] | None = None,
-        p_SE: Callable[[Any], Any] | None = None,
     ) -> None:
         self.damping = checked(damping or Damping())
-        self._p_BT, self._p_SE = p_BT, p_SE
         self.posture = np.array(posture, dtype=float)
         self.num_joints = n = len(self.posture)
         self.level = n >= LEVEL if level is None else level
         if n < (LEVEL if self.level else _PLACED):
             what = "level" if self.level else "placed"
             raise ValueError(f"the arm's {n} joints are too few for a {what} tool")
+        self.chain = chain_of(plant)
+        if self.chain.num_joints != n:
+            raise ValueError(f"the arm has {self.chain.num_joints} joints, not {n}")
         self._rows = slice(0, 6) if self.level else slice(3, 6)
-        self._lower = plant.GetPositionLowerLimits()[-n:]
-        self._upper = plant.GetPositionUpperLimits()[-n:]
-        model = PlantKinematics(plant, n)
-        self._models = {float: model}
-        model.set(self.posture)
-        found = _shoulder(plant, self.posture)
-        self.p_BS = tuple(found.p_BS.tolist())
-        self.turn, self.lift = found.turn, found.lift
+        self._lower, self._upper = self.chain.lower, self.chain.upper
+        at = self.chain.at(self.posture.tolist())
+        p_BS, self.turn, self.lift = shoulder_of(self.chain, self.posture)
+        self.p_BS = tuple(p_BS.tolist())
         # Where the others are enough, they move E, and the lift follows.
         enough = n > (LEVEL if self.level else _PLACED)
-        self._moving = np.ones(n)
-        if self.lift and enough:
-            self._moving[self.lift.joint] = 0.0
-        moved = np.abs(model.J_v_BT()).max(axis=0) > _STILL
+        self._follows = self.lift.joint if self.lift and enough else None
+        moved = np.abs(self.chain.J_v_BT(at)).max(axis=0) > _STILL
         self.wrist = tuple(np.flatnonzero(~moved).tolist()) if self.level else ()
-        X_BE = model.X_BE()
-        x, y, self._z = (X_BE.translation() - self.p_BS).tolist()
+        x, y, self._z = np.subtract(at.X_BE.p, p_BS).tolist()
         # Of the posture, at the turning joint's zero.
         self._bearing = wrapped_angle(atan2(y, x) - self._turned(self.posture))
         if self._bearing < _AT_BACK - math.pi:
             self._bearing += 2 * math.pi
-        self._p_SE_bearing = 0.0
-        if p_SE:
-            x, y, _ = p_SE(self.posture)
-            self._p_SE_bearing = atan2(y, x)
-        turned_back = rotation_about_z(-self._turned(self.posture) - self._bearing)
-        self._R_level = turned_back @ X_BE.rotation().matrix()
+        # E's axes are B's where it is level, and its reach is along x.
+        psi = self._turned(self.posture) + self._bearing
+        self.chain = self.chain.with_tool_turned(
+            np.transpose(at.X_BE.R) @ rotation_about_z(psi)
+        )
+        self._fast_laws(n)
+
+    def _fast_laws(self, n: int) -> None:
+        """Makes its laws fast for floats."""
+        self._cylindrical = FastLaw(self._cylindrical_law, n)
+        self._yaw = FastLaw(self._yaw_law, n)
+        self._p_BT = FastLaw(lambda q: self.chain.at(q).p_BT, n)
+        self._pose = FastLaw(self._pose_law, n)
+        self._undamped = [
+            FastLaw(self._undamped_law, n, *[3] * count) for count in range(4)
+        ]
+        self._parts = FastLaw(self._parts_law, n, 3, 1)
 
     def ee_cylindrical(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
         """Returns l [m], psi [rad], z [m] of E for joint angles `q` (n,) [rad]."""
-        if self._p_SE:
-            x, y, z = self._p_SE(q)
-            l, beyond = _polar(x, y, self._p_SE_bearing)
-        else:
-            l, beyond, z = self._beyond_posture(self._model(q).X_BE(), q)
-        return l, self._turned(q) + self._bearing + beyond, z
+        l, psi, z = self._cylindrical(q)
+        return l, psi, z
 
     def yaw(self, q: Vector) -> Scalar:
         """Returns the yaw of E in B [rad], which is psi where E is turned to its reach.
 
         Where E is not level, it is that of the level orientation nearest to it.
         """
-        M = self._model(q).X_BE().rotation().matrix() @ self._R_level.T
-        return atan2(M[1, 0] - M[0, 1], M[0, 0] + M[1, 1])
+        return self._yaw(q)[0]
 
     def p_BT(self, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
         """Returns the position of T in B [m]."""
-        if self._p_BT:
-            return self._p_BT(q)
-        x, y, z = self._model(q).p_BT().tolist()
+        x, y, z = self._p_BT(q)
         return x, y, z
 
     def rates(self, q: Vector, ee_rates: Vector) -> list[Scalar]:
@@ -185,17 +179,11 @@ class JacobianArm:
 
         E turns with its reach; the posture is not kept, and nothing is damped.
         """
-        model = self._model(q)
-        l, beyond, _ = self._beyond_posture(model.X_BE(), q)
-        psi = self._turned(q) + self._bearing + beyond
-        J = model.J_V_BE()[self._rows]
-        J_plus = pseudo_inverse(J * self._moving, self.damping)
-        at = _Jacobian(l, psi, J, J_plus, self.turn)
-        return [_joint_rates(at, each).tolist() for each in ee_rates]
+        return _split(self._undamped[len(ee_rates)](q, *ee_rates), self.num_joints)
 
-    def turn_rates(self, q: Vector) -> Matrix:
+    def turn_rates(self, q: Vector) -> list[Row]:
         """Returns the joint rates (n, 3) that turn E in its place, damped."""
-        return self._rate_parts(q).turns
+        return self.oriented_parts(q, (0.0, 0.0, 0.0), 0.0).turns
 
     def ee_and_posture_rates(
         self, q: Vector, ee_rates: Vector
@@ -209,10 +197,9 @@ class JacobianArm:
             q: joint angles (n,) [rad].
             ee_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
         """
-        parts = self._rate_parts(q)
-        level = parts.turns @ self._levelling(parts, parts.at.psi)
-        ee = _joint_rates(parts.at, ee_rates) + level
-        return ee.tolist(), parts.posture.tolist(), parts.damped
+        parts = self.oriented_parts(q, ee_rates, self.ee_cylindrical(q)[1])
+        ee = [a + b for a, b in zip(parts.ee, parts.level, strict=True)]
+        return ee, parts.posture, parts.damped
 
     def oriented_parts(self, q: Vector, ee_rates: Vector, yaw: Scalar) -> OrientedParts:
         """Returns joint rates of an end effector that turns apart from its reach.
@@ -222,19 +209,14 @@ class JacobianArm:
             ee_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
             yaw: desired yaw of E in B [rad].
         """
-        parts = self._rate_parts(q)
-        return OrientedParts(
-            ee=_joint_rates(parts.at, ee_rates).tolist(),
-            turns=parts.turns,
-            level=(parts.turns @ self._levelling(parts, yaw)).tolist(),
-            posture=parts.posture.tolist(),
-            damped=parts.damped,
-        )
+        *found, damped = self._parts(q, ee_rates, [yaw])
+        ee, level, posture, *by_axis = _split(found, self.num_joints)
+        turns = [list(row) for row in zip(*by_axis, strict=True)]
+        return OrientedParts(ee, turns, level, posture, damped)
 
     def is_near_singular(self, q: Vector) -> Scalar:
         """Returns 1 where `rates` is damped, else 0."""
-        J = self._model(q).J_V_BE()[self._rows] * self._moving
-        return damped_pseudo_inverse(J, self.damping)[1]
+        return self.oriented_parts(q, (0.0, 0.0, 0.0), 0.0).damped
 
     def inverse(self, ee_cylindrical: Vector) -> list[float]:
         """Returns the joint positions (n,) with E level at `ee_cylindrical`; floats.
@@ -249,145 +231,161 @@ class JacobianArm:
         missed = np.abs(np.subtract(self.ee_cylindrical(q), ee_cylindrical))
         return bool(max(error, *missed) < _REACHED)
 
-    def _model(self, q: Vector) -> PlantKinematics:
-        """Returns the model for the scalars of `q`, with its joint angles set."""
-        scalar = AutoDiffXd if isinstance(q[0], AutoDiffXd) else float
-        if scalar not in self._models:
-            plant = self._models[float].plant.ToScalarType[scalar]()
-            self._models[scalar] = PlantKinematics(plant, self.num_joints)
-        model = self._models[scalar]
-        model.set(q)
-        return model
+    def pose_and_jacobian(self, q: Vector) -> tuple[Matrix, Matrix, Matrix]:
+        """Returns E's axes (3, 3) and place (3,) in B, and the Jacobian (6, n); floats.
+
+        The axes are B's where E is level and its reach is along x.
+        """
+        found = np.array(self._pose(q))
+        return found[:9].reshape(3, 3), found[9:12], found[12:].reshape(6, -1)
+
+    # The laws.
+
+    def _cylindrical_law(self, q: Vector) -> list[Scalar]:
+        return list(self._at(q).cylindrical)
+
+    def _yaw_law(self, q: Vector) -> list[Scalar]:
+        R = self.chain.at(q).X_BE.R
+        return [atan2(R[1][0] - R[0][1], R[0][0] + R[1][1])]
+
+    def _pose_law(self, q: Vector) -> list[Scalar]:
+        at = self.chain.at(q)
+        return [
+            x for row in (*at.X_BE.R, at.X_BE.p, *self.chain.J_V_BE(at)) for x in row
+        ]
+
+    def _undamped_law(self, q: Vector, *ee_rates: Vector) -> list[Scalar]:
+        at = self._at(q)
+        J_plus = pseudo_inverse(self._moving(at.J), self.damping)
+        return [x for each in ee_rates for x in self._joint_rates(at, J_plus, each)]
+
+    def _parts_law(self, q: Vector, ee_rates: Vector, yaw: Vector) -> list[Scalar]:
+        """Returns the `OrientedParts`, with `turns` by columns."""
+        at = self._at(q)
+        J_plus, damped = damped_pseudo_inverse(self._moving(at.J), self.damping)
+        still = [[0.0] * 3] * self.num_joints
+        turns = [row[:3] for row in J_plus] if self.level else still
+        w = self._levelling(at.R, yaw[0])
+        pull = self._pull(q, at)
+        moved = all_named([dot(row, pull) for row in at.J])
+        return [
+            *self._joint_rates(at, J_plus, ee_rates),
+            *all_named([dot(row, w) for row in turns]),
+            *(
+                all_named(
+                    [a - dot(row, moved) for a, row in zip(pull, J_plus, strict=True)]
+                )
+            ),
+            *(x for column in zip(*turns, strict=True) for x in column),
+            damped,
+        ]
+
+    def _at(self, q: Vector) -> "_At":
+        placed = self.chain.at(q)
+        x, y, z = all_named(
+            [a - b for a, b in zip(placed.X_BE.p, self.p_BS, strict=True)]
+        )
+        facing = self._turned(q) + self._bearing
+        c, s = named(cos(facing)), named(sin(facing))
+        beyond = named(atan2(c * y - s * x, c * x + s * y))
+        return _At(
+            R=placed.X_BE.R,
+            J=self.chain.J_V_BE(placed)[self._rows],
+            cylindrical=(named(sqrt(x * x + y * y)), named(facing + beyond), z),
+            beyond=beyond,
+        )
 
     def _turned(self, q: Vector) -> Scalar:
         """Returns how far the turning joint has turned the arm to the left [rad]."""
-        return self.turn.sign * q[self.turn.joint] if self.turn else 0.0 * q[0]
+        return self.turn.sign * q[self.turn.joint] if self.turn else 0.0
 
-    def _beyond_posture(self, X_BE: Any, q: Vector) -> tuple[Scalar, Scalar, Scalar]:
-        """Returns l and z of E, and between them its bearing from the posture's.
+    def _moving(self, J: Rows) -> Rows:
+        """Returns the Jacobian of the joints that move E: a lift may only follow."""
+        return [
+            [0.0 if i == self._follows else x for i, x in enumerate(row)] for row in J
+        ]
 
-        From that of the posture turned by the turning joint.
+    def _joint_rates(self, at: "_At", J_plus: Rows, ee_rates: Vector) -> list[Scalar]:
+        """Returns the joint rates (n,) that make `ee_rates`, E turned to its reach.
+
+        The turning joint makes omega_m, at a singularity too; the others make the rest.
         """
-        x, y, z = (X_BE.translation() - self.p_BS).tolist()
-        return *_polar(x, y, self._turned(q) + self._bearing), z
-
-    def _rate_parts(self, q: Vector) -> "_RateParts":
-        """Returns what the rates at `q` are made of."""
-        model = self._model(q)
-        X_BE, J = model.X_BE(), model.J_V_BE()[self._rows]
-        l, beyond, z = self._beyond_posture(X_BE, q)
-        J_plus, damped = damped_pseudo_inverse(J * self._moving, self.damping)
-        pull = clamped_norm(
-            self.damping.posture_gain * self._away(q, beyond, z),
-            self.damping.posture_speed,
+        v_m, omega_m, v_z = ee_rates
+        l, psi, _ = at.cylindrical
+        c, s, across = named(cos(psi)), named(sin(psi)), named(l * omega_m)
+        wanted = [0.0, 0.0, omega_m, v_m * c - across * s, v_m * s + across * c, v_z]
+        wanted = wanted[self._rows]
+        if self.turn is None:
+            return all_named([dot(row, wanted) for row in J_plus])
+        i, turning = self.turn.joint, self.turn.sign * omega_m
+        left = all_named(
+            [x - row[i] * turning for x, row in zip(wanted, at.J, strict=True)]
         )
-        psi = self._turned(q) + self._bearing + beyond
-        return _RateParts(
-            R_BE=X_BE.rotation().matrix(),
-            at=_Jacobian(l, psi, J, J_plus, self.turn),
-            turns=J_plus[:, :3] if self.level else np.zeros((self.num_joints, 3)),
-            posture=pull - J_plus @ (J @ pull),
-            damped=damped,
-        )
+        rates = [dot(row, left) for row in J_plus]
+        rates[i] = rates[i] + turning
+        return all_named(rates)
 
-    def _away(self, q: Vector, beyond: Scalar, z: Scalar) -> Matrix:
-        """Returns how far the joints are from the posture, turned and lifted to E (n,).
+    def _levelling(self, R: Rows, yaw: Scalar) -> list[Scalar]:
+        """Returns the angular velocity (3,) that turns E level and to `yaw` [rad/s].
 
-        Args:
-            q: joint positions (n,) [rad], [m].
-            beyond: bearing of E from the posture's [rad].
-            z: height of E above S [m].
+        By the axis of the rotation that is left, times the sine of its angle.
         """
-        away = self.posture - q
+        c, s = named(cos(yaw)), named(sin(yaw))
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, _) = R
+        gain = 0.5 * self.damping.level_gain
+        return all_named(
+            [
+                gain * (yz - s * zx - c * zy),
+                gain * (c * zx - s * zy - xz),
+                gain * (s * xx + c * xy - c * yx + s * yy),
+            ]
+        )
+
+    def _pull(self, q: Vector, at: "_At") -> list[Scalar]:
+        """Returns the rates (n,) towards the posture, turned and lifted to E."""
+        away = [a - b for a, b in zip(self.posture.tolist(), q, strict=True)]
         if self.turn:
-            away[self.turn.joint] = self.turn.sign * beyond
+            away[self.turn.joint] = self.turn.sign * at.beyond
         if self.lift:
             i, sign = self.lift
-            to = self.posture[i] + sign * (z - self._z)
+            to = self.posture[i] + sign * (at.cylindrical[2] - self._z)
             away[i] = larger(smaller(to, self._upper[i]), self._lower[i]) - q[i]
-        return away
-
-    def _levelling(self, parts: "_RateParts", yaw: Scalar) -> Matrix:
-        """Returns the angular velocity (3,) that turns E level and to `yaw` [rad/s]."""
-        R_level = rotation_about_z(yaw) @ self._R_level
-        return self.damping.level_gain * orientation_error(parts.R_BE, R_level)
+        gain, most = self.damping.posture_gain, self.damping.posture_speed
+        pull = all_named([gain * x for x in away])
+        squared = named(dot(pull, pull))
+        shorter = most / sqrt(larger(squared, _TINY))
+        share = named(where(squared > most**2, shorter, 1.0))
+        return all_named([share * x for x in pull])
 
     def _nearest(self, ee_cylindrical: Vector) -> tuple[Matrix, float]:
         """Returns joint angles (n,), and the weighted error of E's pose [m]."""
         l, psi, z = map(float, ee_cylindrical)
         l = larger(l, 0.0)
-        R = RotationMatrix(rotation_about_z(psi) @ self._R_level)
-        X_BD = RigidTransform(R, np.add(self.p_BS, (l * cos(psi), l * sin(psi), z)))
         q = self.posture.copy()
         if self.turn:
             q[self.turn.joint] = self.turn.sign * (psi - self._bearing)
         if self.lift:
             q[self.lift.joint] += self.lift.sign * (z - self._z)
         return nearest_joint_angles(
-            self._models[float],
-            X_BD,
+            self.pose_and_jacobian,
+            rotation_about_z(psi),
+            np.add(self.p_BS, (l * cos(psi), l * sin(psi), z)),
             np.clip(q, self._lower, self._upper),
-            self._lower,
-            self._upper,
+            np.array(self._lower),
+            np.array(self._upper),
             self.damping.length if self.level else None,
         )
 
 
-class _Jacobian(NamedTuple):
-    """How an arm moves E at some joint positions."""
+class _At(NamedTuple):
+    """Where E is at some joint positions, and how the joints move it."""
 
-    l: Scalar  # [m].
-    psi: Scalar  # [rad].
-    J: Matrix  # Of V_BE (6, n), or of v_BE (3, n) where E is placed only.
-    J_plus: Matrix  # Its pseudo-inverse (n, 6) or (n, 3).
-    turn: Carrier | None  # The joint that turns the whole arm.
-
-
-class _RateParts(NamedTuple):
-    """What the rates of an arm at some joint positions are made of."""
-
-    R_BE: Matrix  # (3, 3).
-    at: _Jacobian
-    turns: Matrix  # Joint rates that turn E by 1 rad/s about B's axes (n, 3).
-    posture: Matrix  # Rates that bring the joints nearer to the posture (n,) [rad/s].
-    damped: Scalar  # 1 where J_plus is damped, else 0.
+    R: list[Row]  # Rows of its axes in B (3, 3).
+    J: Rows  # Jacobian of V_BE (6, n), or of v_BE (3, n) where E is placed only.
+    cylindrical: tuple[Scalar, Scalar, Scalar]  # l [m], psi [rad], z [m].
+    beyond: Scalar  # Bearing of E from the posture's, turned to face it [rad].
 
 
-def _joint_rates(at: _Jacobian, ee_rates: Vector) -> Matrix:
-    """Returns the joint rates (n,) [rad/s] that make `ee_rates`, E turned to its reach.
-
-    The turning joint makes omega_m, at a singularity too; the others make the rest.
-
-    Args:
-        at: how the arm moves E.
-        ee_rates: v_m [m/s], omega_m [rad/s], v_z [m/s].
-    """
-    v_m, omega_m, v_z = ee_rates
-    c, s, across = cos(at.psi), sin(at.psi), at.l * omega_m
-    wanted = np.array(
-        [0.0 * v_m, 0.0 * v_m, omega_m, v_m * c - across * s, v_m * s + across * c, v_z]
-    )[-len(at.J) :]
-    if at.turn is None:
-        return np.asarray(at.J_plus @ wanted)
-    i, sign = at.turn
-    rates: Matrix = at.J_plus @ (wanted - at.J[:, i] * (sign * omega_m))
-    rates[i] += sign * omega_m
-    return rates
-
-
-def _shoulder(plant: Any, q: Matrix) -> Shoulder:
-    """Returns the shoulder of the arm of a plant at joint positions `q` (n,)."""
-    chain = chain_of(plant)
-    joints = zip(chain.joints, chain.at(q.tolist()).joints, strict=True)
-    return shoulder(
-        [
-            JointAxis(x.index, x.slides, Line(np.array(X.p), np.array(X.axes[2])))
-            for x, X in joints
-        ]
-    )
-
-
-def _polar(x: Scalar, y: Scalar, zero: Scalar) -> tuple[Scalar, Scalar]:
-    """Returns the length of the vector (x, y), and its angle from `zero` [rad]."""
-    c, s = cos(zero), sin(zero)
-    return sqrt(x * x + y * y), atan2(c * y - s * x, c * x + s * y)
+def _split(flat: list[Scalar], size: int) -> list[list[Scalar]]:
+    """Returns a list cut into lists of one size."""
+    return [flat[i : i + size] for i in range(0, len(flat), size)]

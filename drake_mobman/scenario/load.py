@@ -6,6 +6,7 @@ the scenario's file, and overrides given as `key.path=value`.
 
 import dataclasses as dc
 import textwrap
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from drake_mobman.files import read_file
 from drake_mobman.parameters import ParameterError, quoted
 from drake_mobman.scenario.guided import Guided
 from drake_mobman.scenario.old_names import with_new_names
-from drake_mobman.scenario.robot_path import located
+from drake_mobman.scenario.robot_path import located, robot_warnings
 from drake_mobman.scenario.teleop import Teleop
 from drake_mobman.scenario_files import scenario_paths
 from drake_mobman.schema import load_typed, load_yaml, with_override
@@ -78,6 +79,8 @@ def load_scenario(name: str | Path, overrides: Sequence[str] = ()) -> AnyScenari
             data = located(_overridden(data, override), Path.cwd())
         label = f"{path.name} with --set" if overrides else path.name
         scenario = load_typed(AnyScenario, with_new_names(data, label))
+        for line in robot_warnings(scenario.robot):
+            warnings.warn(f"{label}: {line}", UserWarning, stacklevel=2)
         return dc.replace(played_back(scenario, path.parent), name=stem)
     except ParameterError as error:
         raise ScenarioError(f"{label}: {error}") from None

@@ -241,7 +241,7 @@ def test_a_tilted_hand_is_brought_back_while_it_moves():
 def test_a_hand_turned_apart_is_moved_and_turned_by_parts_of_its_rates(command, yaw):
     for q in regular_angles(5):
         hand, turns, by_level, posture, damped = ARM.oriented_parts(q, command, yaw)
-        turn, home = turns[:, 2], np.add(by_level, posture)
+        turn, home = np.array(turns)[:, 2], np.add(by_level, posture)
         assert not damped
         expected = commanded_V_BE(q, command)
         np.testing.assert_allclose(V_BE(q, hand), expected, rtol=0, atol=RATES)
@@ -537,16 +537,9 @@ def test_behind_the_shoulder_is_out_of_reach():
 # What is refused.
 
 
-@pytest.mark.parametrize(
-    ("posture", "level", "why"),
-    [
-        ([0.0, -1.0], None, "2 joints are too few for a placed tool"),
-        ([0.0, -1.0, 0.0], True, "3 joints are too few for a level tool"),
-    ],
-)
-def test_an_arm_of_too_few_joints_is_refused(posture, level, why):
-    with pytest.raises(ValueError, match=why):
-        JacobianArm(RobotModel(Planar()).plant, posture, level=level)
+def test_an_arm_of_two_joints_is_refused():
+    with pytest.raises(ValueError, match="2 joints are too few for a placed tool"):
+        JacobianArm(RobotModel(Planar()).plant, [0.0, -1.0])
 
 
 @pytest.mark.parametrize(

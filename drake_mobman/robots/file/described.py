@@ -36,16 +36,18 @@ class RobotFileError(ParameterError):
         return self
 
 
-@dc.dataclass(frozen=True)
+@dc.dataclass(frozen=True, eq=False)
 class Described:
     """A robot file, and what is known of its model before anything is derived."""
 
     path: Path
+    text: str  # Of the file.
     contents: RobotFile
     models: Sequence[Mounted]
     loose: Loose
     layout: Layout
     placement: Placement
+    stamps: list[tuple[int, int]] = dc.field(default_factory=list)  # Of `files`.
 
     @property
     def assembly(self) -> Assembly:
@@ -68,11 +70,15 @@ def described(path: Path) -> Described:
     """
     try:
         text = _text(path)
-        return _described(path, text)
+        found = _described(path, text)
+        if found.stamps != _stamps(found.files()):
+            _described.cache_clear()
+            found = _described(path, text)
     except RobotFileError:
         raise
     except ParameterError as error:
         raise RobotFileError(path.name, error) from None
+    return found
 
 
 def _text(path: Path) -> str:
@@ -92,7 +98,14 @@ def _described(path: Path, text: str) -> Described:
     model = loose(models, contents.held)
     layout = lay_out(contents, model)
     placement = place(contents, model, layout)
-    return Described(path, contents, models, model, layout, placement)
+    found = Described(path, text, contents, models, model, layout, placement)
+    return dc.replace(found, stamps=_stamps(found.files()))
+
+
+def _stamps(files: Sequence[Path]) -> list[tuple[int, int]]:
+    """Returns when files were changed last, and their sizes; shorter if one is gone."""
+    there = (file.stat() for file in files if file.exists())
+    return [(status.st_mtime_ns, status.st_size) for status in there]
 
 
 def models_of(contents: RobotFile, folder: Path) -> list[Mounted]:

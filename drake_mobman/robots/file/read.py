@@ -1,5 +1,6 @@
 """A robot's model read from its file, whichever its format."""
 
+import dataclasses as dc
 import difflib
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -35,23 +36,18 @@ def read_model(uri: str, packages: Packages, folder: Path) -> Model:
         raise ParameterError("model", uri, missing(uri))
     text = _text(uri, path)
     path = path.resolve()
+    named = {name: packages.folder(name) for name in package_names(f"{uri}\n{text}")}
+    known = {name: folder for name, folder in named.items() if folder is not None}
     if path.suffix in {".yaml", ".yml"}:
-        return _directives(text, path, packages)
+        unknown = next((name for name in named if name not in known), None)
+        if unknown is not None:
+            raise ParameterError("model", uri, missing(unknown))
+        return Model(path, "dmd.yaml", lambda _: text, packages=known)
     root = _root(uri, text)
     if root.tag not in _FORMATS:
         valid = "must begin with <robot>, <sdf> or <mujoco>, or end in .dmd.yaml"
         raise ParameterError("model", f"{uri}, <{root.tag}>", valid)
-    return _FORMATS[root.tag](root, path, packages)
-
-
-def _directives(text: str, path: Path, packages: Packages) -> Model:
-    """Returns a model of Drake's directives, whose parts Drake itself finds."""
-    named = {name: packages.folder(name) for name in package_names(text)}
-    for name, folder in named.items():
-        if folder is None:
-            raise ParameterError("model", path.name, missing(name))
-    found = {name: folder for name, folder in named.items() if folder is not None}
-    return Model(path, "dmd.yaml", lambda _: text, packages=found)
+    return dc.replace(_FORMATS[root.tag](root, path, packages), packages=known)
 
 
 def _text(uri: str, path: Path) -> str:
