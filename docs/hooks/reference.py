@@ -1,4 +1,4 @@
-"""The references of scenarios and robot files, made from dataclasses and their comments.
+"""References of scenarios and robot files, made from dataclasses and their comments.
 
 A field's comment is the one on its line, with its unit; the lines above it give the
 reason. Nothing is written down twice.

@@ -25,10 +25,21 @@ class Column:
 class Study(Protocol):
     """What is compared, and in which numbers."""
 
-    name: str  # On the command line, `--over NAME`.
-    help: str  # A line on what it shows.
-    own: bool  # Whether it brings its scenarios; else it is over a given one.
-    columns: tuple[Column, ...]
+    @property
+    def name(self) -> str:
+        """Returns its name on the command line, `--over NAME`."""
+
+    @property
+    def help(self) -> str:
+        """Returns a line on what it shows."""
+
+    @property
+    def own(self) -> bool:
+        """Returns whether it brings its scenarios; else it is over a given one."""
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Returns the columns of its table."""
 
     def rows(self, scenario: AnyScenario | None) -> dict[str, dict[str, AnyScenario]]:
         """Returns the scenarios of each row, by the names of row and run.

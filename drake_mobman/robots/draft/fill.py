@@ -23,7 +23,7 @@ def filled(contents: RobotFile, robot: File) -> tuple[RobotFile, dict[str, str]]
     base: dict[str, Any] = {"body_radius": known.body_radius}
     if placed.wheel_radius and placed.track:
         base |= {"wheel_radius": placed.wheel_radius, "track": placed.track}
-    arm = {"orientation": known.orientation, "posture": known.posture}
+    arm: dict[str, Any] = {"orientation": known.orientation, "posture": known.posture}
     limits = dc.asdict(known.workspace.value)
     why = {"workspace": known.workspace.source}
     # Not a radius of 0, of a base without geometry.

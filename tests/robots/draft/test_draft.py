@@ -1,4 +1,4 @@
-"""A draft of a robot file tells wheels, lifts and grippers from the model's geometry."""
+"""A draft of a robot file tells wheels, lifts and grippers by the model's geometry."""
 
 import pytest
 
@@ -106,5 +106,5 @@ def test_wrong_mount_is_refused(mount, says):
 
 
 def test_wrong_tool_is_refused_with_names_that_are_near():
-    with pytest.raises(ParameterError, match="near are .*panda_hand_tcp"):
+    with pytest.raises(ParameterError, match=r"near are .*panda_hand_tcp"):
         drafted(PANDA, "panda_hand_tpc")
