@@ -3,8 +3,6 @@
 import functools
 import hashlib
 import importlib.util
-import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_mobman.files import new_file
+from drake_mobman.robots.file.cache import cache_folder
 from drake_mobman.robots.file.points import triangles_of_stl
 from drake_mobman.scalars import Matrix
 
@@ -65,7 +64,7 @@ def _coloured(file: Path) -> Iterator[tuple[tuple[Matrix, Matrix], str]]:
 def _written(file: Path, part: str, points: Matrix, faces: Matrix) -> Path:
     """Returns an OBJ file of a mesh, from the cache or new."""
     digest = hashlib.sha256(file.read_bytes()).hexdigest()[:24]
-    written = _cache() / f"{digest}{part}.obj"
+    written = cache_folder() / f"{digest}{part}.obj"
     if not written.exists():
         points, index = np.unique(points.round(7), axis=0, return_inverse=True)
         lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in points.tolist()]
@@ -74,17 +73,3 @@ def _written(file: Path, part: str, points: Matrix, faces: Matrix) -> Path:
         with new_file(written) as draft:
             draft.write_text("\n".join([*lines, ""]))
     return written
-
-
-@functools.cache
-def _cache() -> Path:
-    """Returns a folder to keep converted meshes in, for this user alone."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    folder = Path(home) / "drake_mobman" / "meshes"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass
-    return Path(tempfile.mkdtemp(prefix="drake_mobman_meshes_"))
