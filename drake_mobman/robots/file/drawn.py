@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_mobman.files import new_file
 from drake_mobman.robots.file.cache import cache_folder
-from drake_mobman.robots.file.points import triangles_of_stl
+from drake_mobman.robots.file.points import triangles_of_stl, unit_of_collada
 from drake_mobman.scalars import Matrix
 
 DRAWN = {".obj", ".gltf", ".vtk"}
@@ -52,13 +52,14 @@ def _coloured(file: Path) -> Iterator[tuple[tuple[Matrix, Matrix], str]]:
     """Yields a file's meshes, points (N, 3) and faces (M, 3), with their colours."""
     import trimesh  # noqa: PLC0415 - an extra.
 
+    metre = unit_of_collada(file)
     loaded: list[Any] = trimesh.load_scene(file).dump()
     for mesh in loaded:
         colour = getattr(mesh.visual, "main_color", None)
         if colour is None:
             colour = mesh.visual.material.main_color
         rgba = " ".join(f"{x / 255:.3g}" for x in colour)
-        yield (np.asarray(mesh.vertices), np.asarray(mesh.faces)), rgba
+        yield (metre * np.asarray(mesh.vertices), np.asarray(mesh.faces)), rgba
 
 
 def _written(file: Path, part: str, points: Matrix, faces: Matrix) -> Path:
