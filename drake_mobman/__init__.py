@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.decomposers.qp import Qp, QpDecomposer
     from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
     from drake_mobman.diagrams import make_diagram
+    from drake_mobman.engines.drake import Drake
+    from drake_mobman.engines.mujoco.params import Mujoco
     from drake_mobman.figures import draw_figures
     from drake_mobman.guidance.applied_force import PointForce
     from drake_mobman.guidance.guiding_hand import (
@@ -64,6 +66,7 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
         WorkspaceLimits,
     )
     from drake_mobman.robots.defaults import Start
+    from drake_mobman.robots.file import File
     from drake_mobman.robots.franka_tiago import FrankaTiago
     from drake_mobman.robots.kinematic import Kinematic, KinematicRobot
     from drake_mobman.robots.planar import Planar
@@ -103,11 +106,13 @@ __all__ = [
     "DiffIk",
     "DiffIkDecomposer",
     "Drag",
+    "Drake",
     "EndEffectorSensor",
     "Exact",
     "ExactDecomposer",
     "External",
     "FieldDecomposer",
+    "File",
     "FrankaTiago",
     "Gate",
     "GraspForce",
@@ -123,6 +128,7 @@ __all__ = [
     "KinematicRobot",
     "LedHand",
     "LiveSource",
+    "Mujoco",
     "Operator",
     "OptimizationDecomposer",
     "OrientedInverse",

@@ -140,7 +140,7 @@ def checked(params: Any) -> Any:
     for key, value in _children(params):
         if isinstance(value, float) and not math.isfinite(value):
             raise ParameterError(key, value, "must be a finite number")
-        if dc.is_dataclass(value) or isinstance(value, list):
+        if dc.is_dataclass(value) or isinstance(value, list | dict):
             try:
                 checked(value)
             except ParameterError as error:
@@ -153,4 +153,6 @@ def checked(params: Any) -> Any:
 def _children(params: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(params, list):
         return ((f"[{i}]", item) for i, item in enumerate(params))
+    if isinstance(params, dict):
+        return iter(params.items())
     return ((f.name, getattr(params, f.name)) for f in dc.fields(params))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy.typing as npt
-from pydrake.math import atan2, cos, sin, sqrt
+from pydrake.math import atan2, cos, sin
 from pydrake.symbolic import Expression, ExpressionKind, Formula, Variable, if_then_else
 from pydrake.symbolic import max as symbolic_max
 from pydrake.symbolic import min as symbolic_min
@@ -24,12 +24,20 @@ Matrix = npt.NDArray[Any]
 Vector = Sequence[Scalar] | Matrix
 """Scalars in a row: a list, a tuple or an array."""
 
+Rows = Sequence[Vector] | Matrix
+"""A matrix by its rows: a list of lists, or an array."""
+
 
 def where(condition: Any, if_true: Scalar, if_false: Scalar) -> Scalar:
     """Returns one of two values; both are evaluated, so neither may fail."""
     if type(condition) is Formula:
         return if_then_else(condition, if_true, if_false)
     return if_true if condition else if_false
+
+
+def known(condition: Any) -> bool:
+    """Returns whether a condition holds for sure: that of an Expression never does."""
+    return type(condition) is not Formula and bool(condition)
 
 
 def smaller(a: Scalar, b: Scalar) -> Scalar:
@@ -150,9 +158,3 @@ def smoothstep(x: Scalar, lower: Scalar, upper: Scalar) -> Scalar:
 def wrapped_angle(angle: Scalar) -> Scalar:
     """Returns the same angle [rad] between -pi and pi."""
     return atan2(sin(angle), cos(angle))
-
-
-def clamped_norm(vector: Matrix, limit: float) -> Matrix:
-    """Returns `vector`, shortened to the norm `limit` if it is longer."""
-    squared = vector @ vector
-    return vector * (limit / sqrt(squared)) if squared > limit**2 else vector

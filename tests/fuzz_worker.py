@@ -15,7 +15,7 @@ import traceback
 from pathlib import Path
 
 from drake_mobman.scenario import AnyScenario, ScenarioError, load_scenario
-from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.external import External
 from drake_mobman.teleop.recorded import Recording

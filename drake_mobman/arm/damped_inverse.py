@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from pydrake.autodiffutils import AutoDiffXd
-
 from drake_mobman.arm.inverse import ArmInverse
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import (
@@ -12,9 +10,10 @@ from drake_mobman.arm.limits import (
     bounded_rates,
     filled_rates,
 )
-from drake_mobman.arm.place_first import give_way
+from drake_mobman.arm.place_first import Wrist, give_way
 from drake_mobman.blocks import scalar_block
-from drake_mobman.scalars import Scalar, Vector
+from drake_mobman.scalars import Scalar, Vector, where
+from drake_mobman.tracing import named
 
 
 def rates_within_limits(
@@ -36,24 +35,19 @@ def rates_within_limits(
         The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps E from moving,
         and from being level, as commanded.
     """
-    ee, extra, damped = arm.ee_and_posture_rates(q, command)
+    parts = arm.oriented_parts(q, command, arm.ee_cylindrical(q)[1])
+    ee = [a + b for a, b in zip(parts.ee, parts.level, strict=True)]
     rates, bound = bounded_rates(ee, q, limits, period)
-    if bound >= float(ArmStatus.JOINT_LIMIT):
-        parts = arm.oriented_parts(q, command, arm.ee_cylindrical(q)[1])
-        ways = ee, parts.ee
-        placed = give_way(ways, extra, parts.turns, arm.wrist, q, limits, period)
-        if placed:
-            rates, extra = placed
-            bound = bound + float(ArmStatus.ORIENTATION)
+    at_end = named(where(bound >= float(ArmStatus.JOINT_LIMIT), bound, 0.0))
+    wrist = Wrist(arm.wrist, parts.turns, q, limits, period)
+    rates, extra, given = give_way(rates, at_end, (ee, parts.ee), parts.posture, wrist)
     rates = filled_rates(rates, extra, q, limits, period)
-    return rates, bound + damped * float(ArmStatus.SINGULAR)
+    return rates, bound + (given - at_end) + parts.damped * float(ArmStatus.SINGULAR)
 
 
 @scalar_block
 class DampedInverse(ArmInverse):
     """Turns the rates of `ee_cylindrical` into joint rates that the arm can make.
-
-    For float and AutoDiffXd.
 
     .. pydrake_system::
 
@@ -70,7 +64,6 @@ class DampedInverse(ArmInverse):
         ParameterError: where `period` is not valid.
     """
 
-    scalars = float, AutoDiffXd
     arm: JacobianArm
 
     def __init__(

@@ -10,20 +10,33 @@ import math
 from typing import NamedTuple
 
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.arm.shoulder import Carrier
 from drake_mobman.scalars import Scalar, Vector, smoothstep, where
 
 
 class FirstJoint(NamedTuple):
-    """The arm's first joint, which turns all of it about the shoulder's axis."""
+    """The joint that turns all of the arm about the shoulder's axis, to the left."""
 
     angle: Scalar  # [rad].
     lower: float  # Its smallest angle [rad]; may be infinite.
     upper: float  # Its largest angle [rad]; may be infinite.
 
 
-def first_joint(q: Vector, joint_limits: JointLimits) -> FirstJoint:
-    """Returns the first joint of an arm at `q` (n,) [rad] with its `JointLimits`."""
-    return FirstJoint(q[0], joint_limits.lower[0], joint_limits.upper[0])
+def first_joint(
+    q: Vector, joint_limits: JointLimits, turn: Carrier | None
+) -> FirstJoint | None:
+    """Returns the joint that turns an arm; None where no joint does.
+
+    Args:
+        q: positions of the arm's joints (n,) [rad].
+        joint_limits: of these joints.
+        turn: which of them turns all of the arm, and which way.
+    """
+    if turn is None:
+        return None
+    i, sign = turn
+    lower, upper = sign * joint_limits.lower[i], sign * joint_limits.upper[i]
+    return FirstJoint(sign * q[i], min(lower, upper), max(lower, upper))
 
 
 def unwound(phi: Scalar, joint: FirstJoint) -> Scalar:

@@ -10,7 +10,6 @@ from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.blocks import cached
 from drake_mobman.parameters import checked_period
-from drake_mobman.scalars import Scalar
 
 
 class ArmInverse(LeafSystem):
@@ -36,7 +35,7 @@ class ArmInverse(LeafSystem):
                 name, size, calc, prerequisites_of_calc={self.inverted.ticket}
             )
 
-    def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
+    def _invert(self, context: Any) -> tuple[Any, ...]:
         """Returns the joint rates (n,) [rad/s], and the `ArmStatus` flags."""
         raise NotImplementedError
 

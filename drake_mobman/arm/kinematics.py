@@ -2,7 +2,8 @@
 
 from typing import Any, Protocol
 
-from drake_mobman.scalars import Matrix, Scalar, Vector
+from drake_mobman.arm.shoulder import Carrier
+from drake_mobman.scalars import Rows, Scalar, Vector
 
 
 class ArmKinematics(Protocol):
@@ -19,6 +20,10 @@ class ArmKinematics(Protocol):
     @property
     def p_BS(self) -> tuple[float, float, float]:
         """Returns the shoulder's position in B."""
+
+    @property
+    def turn(self) -> Carrier | None:
+        """Returns the joint that turns all of the arm about S; None without one."""
 
     @property
     def wrist(self) -> tuple[int, ...]:
@@ -46,7 +51,7 @@ class ArmKinematics(Protocol):
         joints can make.
         """
 
-    def turn_rates(self, q: Vector) -> Matrix:
+    def turn_rates(self, q: Vector) -> Rows:
         """Returns the joint rates (n, 3) that turn E in its place.
 
         By 1 rad/s about each of B's axes. Used only where there is a `wrist`.

@@ -1,8 +1,6 @@
 """Joint rates for an end effector that is oriented in W, whatever the base does."""
 
-from typing import Any
-
-from pydrake.autodiffutils import AutoDiffXd
+from typing import Any, NamedTuple
 
 from drake_mobman import signals
 from drake_mobman.arm.inverse import ArmInverse
@@ -13,17 +11,24 @@ from drake_mobman.arm.limits import (
     bounded_rates,
     filled_rates,
 )
-from drake_mobman.arm.place_first import give_way
+from drake_mobman.arm.place_first import Wrist, give_way
 from drake_mobman.blocks import scalar_block
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scalars import Scalar, Vector
+from drake_mobman.scalars import Scalar, Vector, where
+from drake_mobman.tracing import all_named
 
 _IN_W = ("turning", "held")
 
 ORIENTATIONS = ("reach", *_IN_W)
 """How the level end effector turns: with its reach, at omega_c in W, or held in W."""
 
-_LIMITED = ArmStatus.JOINT_RATE | ArmStatus.JOINT_LIMIT
+
+class Inverted(NamedTuple):
+    """What an oriented end effector's rates come to."""
+
+    rates: list[Scalar]  # Of the joints (n,) [rad/s].
+    status: Scalar  # `ArmStatus` flags.
+    bound: Scalar  # Those of the limits alone: 0 where E turns as commanded.
 
 
 def oriented_rates(
@@ -34,7 +39,7 @@ def oriented_rates(
     yaw: Scalar,
     limits: JointLimits,
     period: float,
-) -> tuple[list[Scalar], Scalar]:
+) -> Inverted:
     """Returns joint rates that move the end effector, and turn it, within limits.
 
     Its position comes first: where not both are possible, the arm moves E without a
@@ -51,31 +56,27 @@ def oriented_rates(
         period: for which the rates are held [s].
 
     Returns:
-        The rates (n,) [rad/s], and the `ArmStatus` flags of what keeps E from moving
-        and turning as commanded.
+        The rates, and the flags of what keeps E from moving and turning as commanded.
     """
     parts = arm.oriented_parts(q, command, yaw)
     apart = yaw_rate - command[1]
-    turn = parts.turns[:, 2].tolist()
-    turned = [a + apart * b for a, b in zip(parts.ee, turn, strict=True)]
-    wanted = [a + b for a, b in zip(turned, parts.level, strict=True)]
+    turned = all_named(
+        [a + apart * row[2] for a, row in zip(parts.ee, parts.turns, strict=True)]
+    )
+    wanted = all_named([a + b for a, b in zip(turned, parts.level, strict=True)])
     rates, bound = bounded_rates(wanted, q, limits, period)
-    extra = parts.posture
-    if bound > 0:
-        ways = wanted, turned, parts.ee
-        placed = give_way(ways, extra, parts.turns, arm.wrist, q, limits, period)
-        if placed:
-            rates, extra = placed
-            bound = bound + float(ArmStatus.ORIENTATION)
+    ways = wanted, turned, parts.ee
+    wrist = Wrist(arm.wrist, parts.turns, q, limits, period)
+    rates, extra, status = give_way(rates, bound, ways, parts.posture, wrist)
     rates = filled_rates(rates, extra, q, limits, period)
-    return rates, bound + parts.damped * float(ArmStatus.SINGULAR)
+    return Inverted(rates, status + parts.damped * float(ArmStatus.SINGULAR), bound)
 
 
 @scalar_block
 class OrientedInverse(ArmInverse):
     """Turns the rates of `ee_cylindrical` into joint rates, E oriented in W.
 
-    For float and AutoDiffXd. The end effector is level, and its yaw in W turns at
+    The end effector is level, and its yaw in W turns at
     omega_c or is held: its yaw rate in B is that less the omega_b sent to the base.
 
     .. pydrake_system::
@@ -106,7 +107,6 @@ class OrientedInverse(ArmInverse):
         ParameterError: where `period` or `orientation` is not valid.
     """
 
-    scalars = float, AutoDiffXd
     arm: JacobianArm
 
     def __init__(
@@ -141,12 +141,12 @@ class OrientedInverse(ArmInverse):
 
     def _turn(self, context: Any, state: Any) -> None:
         omega_c = self.ee_command.Eval(context)[1]
-        limited = int(self.inverted(context)[1]) & _LIMITED
+        limited = self.inverted(context)[2] > 0
         last = context.get_discrete_state_vector().GetAtIndex(0)
-        yaw = self._yaw(context) if limited else last
+        yaw = where(limited, self._yaw(context), last)
         state.get_mutable_vector().SetAtIndex(0, yaw + self.period * omega_c)
 
-    def _invert(self, context: Any) -> tuple[list[Scalar], Scalar]:
+    def _invert(self, context: Any) -> Inverted:
         turning = self.orientation == "turning"
         omega_W = self.ee_command.Eval(context)[1] if turning else 0.0
         yaw = context.get_discrete_state_vector().GetAtIndex(0)

@@ -1,12 +1,14 @@
 """What arms of two links have in common, beside what their wrists do."""
 
 from drake_mobman.arm import two_link
+from drake_mobman.arm.shoulder import FIRST
 from drake_mobman.scalars import Matrix, Scalar, Vector
 
 
 class TwoLinkArm:
     """An arm whose joint rates follow from those of its two links, in closed form."""
 
+    turn = FIRST
     wrist: tuple[int, ...] = ()  # The orientation follows from the position.
 
     def joint_rates(

@@ -20,6 +20,7 @@ from drake_mobman.arm.first_joint import (
     unwound,
 )
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.arm.shoulder import FIRST, Carrier
 from drake_mobman.blocks import scalar_block
 from drake_mobman.parameters import (
     GAIN,
@@ -96,7 +97,8 @@ class VelocityField:
 
     def build(self, setup: RobotSetup) -> "VelocityFieldController":
         """Returns the block for a robot."""
-        return VelocityFieldController(self, setup.reach, setup.joint_limits)
+        turn = setup.arm.turn
+        return VelocityFieldController(self, setup.reach, setup.joint_limits, turn)
 
     def command(
         self, p_BT: Any, reach: Reach, joint: FirstJoint | None
@@ -266,7 +268,7 @@ class VelocityFieldController(LeafSystem):
         name: VelocityFieldController
         input_ports:
         - p_BT
-        - arm_position (only where joint limits are given)
+        - arm_position (only where joint limits are given, and a joint turns the arm)
         output_ports:
         - base_command
         - field_zone
@@ -275,6 +277,7 @@ class VelocityFieldController(LeafSystem):
         params: of the field.
         reach: of the arm.
         joint_limits: of the arm; None where its first joint has none.
+        turn: the joint that turns all of the arm; None where none does.
 
     Raises:
         ParameterError: where a parameter is not valid, or there is no passive zone.
@@ -285,13 +288,14 @@ class VelocityFieldController(LeafSystem):
         params: VelocityField,
         reach: Reach,
         joint_limits: JointLimits | None = None,
+        turn: Carrier | None = FIRST,
     ) -> None:
         self.params, self.reach = checked(params), checked(reach)
-        self.joint_limits = joint_limits
+        self.joint_limits, self.turn = joint_limits if turn else None, turn
         check_zones(params, reach)
         self.p_BT = self.DeclareVectorInputPort(signals.P_BT, 3)
-        if joint_limits is not None:
-            n = len(joint_limits.lower)
+        if self.joint_limits is not None:
+            n = len(self.joint_limits.lower)
             self.position = self.DeclareVectorInputPort(signals.ARM_POSITION, n)
         needs = {self.all_input_ports_ticket()}
         self.DeclareVectorOutputPort(
@@ -305,7 +309,7 @@ class VelocityFieldController(LeafSystem):
         joint = None
         if self.joint_limits is not None:
             q = self.position.Eval(context).tolist()
-            joint = first_joint(q, self.joint_limits)
+            joint = first_joint(q, self.joint_limits, self.turn)
         return self.p_BT.Eval(context).tolist(), self.params, self.reach, joint
 
     def _calc_base(self, context: Any, output: Any) -> None:

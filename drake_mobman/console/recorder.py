@@ -11,7 +11,8 @@ from drake_mobman import signals
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.report.pictures import figures
 from drake_mobman.scenario import AnyScenario
-from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.scenario.robot_path import located
+from drake_mobman.schema import load_typed, load_yaml
 from drake_mobman.simulation.log import Log, StoredLog, append_log, finite_rows
 from drake_mobman.simulation.npz import write_npz
 from drake_mobman.simulation.output_folder import (
@@ -23,11 +24,11 @@ from drake_mobman.simulation.output_folder import (
 from drake_mobman.simulation.run_folder import (
     LOG,
     RUN,
-    SCENARIO,
     check_run_folder,
     write_metrics,
     write_pictures,
 )
+from drake_mobman.simulation.scenario_texts import SCENARIO, scenario_texts
 from drake_mobman.simulation.simulate import Run
 from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
@@ -72,9 +73,11 @@ class Recorder:
         self._rows = 0
         played = dc.replace(scenario, source=Recording(), duration=MAX_DURATION)
         with OutputFolder(folder, RUN) as place:
-            place.file(SCENARIO).write_text(dump_typed(played), "utf-8")
+            texts = scenario_texts(played)
+            for name, text in texts.items():
+                place.file(name).write_text(text, "utf-8")
             place.file(COMMANDS).write_bytes(header(scenario.period))
-            place.publish([SCENARIO, COMMANDS], anew=True)
+            place.publish([*texts, COMMANDS], anew=True)
             self._commands = (place.path / COMMANDS).open("ab")
             self._log = (place.path / PART).open("ab")
 
@@ -126,16 +129,18 @@ def complete(folder: Path, wall_time: float, died: str = "") -> dict[str, Any]:
             lacks only metrics or figures.
     """
     text = (folder / SCENARIO).read_text("utf-8")
-    played = load_typed(AnyScenario, load_yaml(text))
+    played = load_typed(AnyScenario, located(load_yaml(text), folder.absolute()))
     whole = StoredLog(folder / PART)
     log = StoredLog(folder / PART, finite_rows(whole))
     last = max(len(log["time"]) - 1, 1)
     scenario = dc.replace(played, duration=last * played.period)
     run = Run(scenario, log, wall_time, np.zeros(0), died)
     with OutputFolder(folder, None) as place:
-        place.file(SCENARIO).write_text(dump_typed(scenario), "utf-8")
+        texts = scenario_texts(scenario)
+        for name, text in texts.items():
+            place.file(name).write_text(text, "utf-8")
         write_npz(place.file(LOG), log)
-        place.publish([SCENARIO, LOG])
+        place.publish([*texts, LOG])
         place.adopt(COMMANDS)
         (place.path / PART).unlink()
         numbers = write_metrics(metrics(run), place)

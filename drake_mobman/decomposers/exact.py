@@ -168,7 +168,8 @@ def exact_base_command(
         limits: of the workspace.
         limiter: of base and joints.
     """
-    p_BS, joint = limiter.arm.p_BS, first_joint(q, limiter.joint_limits)
+    p_BS = limiter.arm.p_BS
+    joint = first_joint(q, limiter.joint_limits, limiter.arm.turn)
     v_b, omega_b = exact_base(command, at, params, limits, p_BS, joint)
     arm = arm_compensation(command, at, (v_b, omega_b), p_BS)
     factors = limiter.steady_scaling(q, arm, v_b, omega_b)

@@ -44,7 +44,7 @@ def limited_base_command(
     if limiter is None:
         v_b, omega_b, _ = params.command(p_BT, reach, None)
         return v_b, omega_b, 0.0 * q[0]
-    joint = first_joint(q, limiter.joint_limits)
+    joint = first_joint(q, limiter.joint_limits, arm.turn)
     v, omega, held = params.command(p_BT, reach, joint)
     v_b, omega_b, share = limiter.base_scaling(q, v, omega)
     flag = float(DecomposerStatus.BASE_HELD)

@@ -18,6 +18,7 @@ from drake_mobman.decomposers.status import DecomposerStatus
 from drake_mobman.robot_model import BaseLimits, WorkspaceLimits
 from drake_mobman.scalars import (
     Scalar,
+    known,
     larger,
     largest,
     smaller,
@@ -25,6 +26,7 @@ from drake_mobman.scalars import (
     smoothstep,
     where,
 )
+from drake_mobman.tracing import all_named, named
 
 _RESERVE = 0.98
 """Share of a joint's limits that is used. The arm's inverse works with positions, not
@@ -91,6 +93,13 @@ def _joint_factors(by_rate: Iterable[Scalar], by_limit: Iterable[Scalar]) -> Fac
         DecomposerStatus.JOINT_RATE: factor_by(*by_rate),
         DecomposerStatus.JOINT_LIMIT: factor_by(*by_limit),
     }
+
+
+def _better_factors(new: Factors, old: Factors, q: Any) -> Factors:
+    """Returns the new factors where the old are below 1 and the new leave more."""
+    more = where(least(new, q) > least(old, q), 1.0, 0.0)
+    better = named(where(old[DecomposerStatus.JOINT_LIMIT] < 1, more, 0.0))
+    return {flag: named(where(better > 0.5, new[flag], old[flag])) for flag in old}
 
 
 @dc.dataclass(frozen=True)
@@ -219,19 +228,25 @@ class Limiter:
                 its largest rate, and for its range.
         """
         by_rate, by_limit = excesses(*rates)
-        best, held, turns = _joint_factors(by_rate, by_limit), set[int](), None
-        while self.arm.wrist and best[DecomposerStatus.JOINT_LIMIT] < 1:
-            more = {i for i in self.arm.wrist if by_limit[i] > 1} - held
-            if not more:
+        best, wrist = _joint_factors(by_rate, by_limit), self.arm.wrist
+        if not wrist or known(best[DecomposerStatus.JOINT_LIMIT] >= 1):
+            return best
+        turns, held, at_rest = (
+            self.arm.turn_rates(q),
+            [0.0] * len(wrist),
+            [0.0] * len(wrist),
+        )
+        for _ in wrist:
+            more = [
+                where(h > 0.5, 0.0, where(by_limit[i] > 1, 1.0, 0.0))
+                for i, h in zip(wrist, held, strict=True)
+            ]
+            if known(sum(more) == 0):
                 break
-            held |= more
-            turns = self.arm.turn_rates(q) if turns is None else turns
-            at_rest = dict.fromkeys(held, 0.0)
-            eased = [relieved(each, at_rest, turns) for each in rates]
+            held = all_named([h + m for h, m in zip(held, more, strict=True)])
+            eased = [relieved(each, wrist, held, at_rest, turns) for each in rates]
             by_rate, by_limit = excesses(*eased)
-            factors = _joint_factors(by_rate, by_limit)
-            if least(factors, q) > least(best, q):
-                best = factors
+            best = _better_factors(_joint_factors(by_rate, by_limit), best, q)
         return best
 
     def _towards_ends(self, q: Any, rates: Any) -> list[Scalar]:

@@ -6,6 +6,8 @@ from typing import Any
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.arm.limits import JointLimits
 from drake_mobman.compiled import compiled
+from drake_mobman.engines.drake import Drake
+from drake_mobman.engines.engine import EngineParams
 from drake_mobman.robot_model.base_limits import BaseLimits
 from drake_mobman.robot_model.model import RobotDescription, RobotModel
 from drake_mobman.robot_model.reach import Reach
@@ -31,6 +33,7 @@ class RobotSetup:
     period: float  # Of control [s].
     inverse: str = "positions"  # An arm in closed form inverts "positions" or "rates".
     compiled: bool = False  # Whether blocks are compiled, where possible.
+    engine: EngineParams = dc.field(default_factory=Drake)  # Steps the robot's plant.
 
     @classmethod
     def of(
@@ -42,6 +45,7 @@ class RobotSetup:
         base_limits: BaseLimits | None = None,
         inverse: str = "positions",
         compiled: bool = False,
+        engine: EngineParams | None = None,
     ) -> "RobotSetup":
         """Returns the setup of a robot.
 
@@ -52,6 +56,7 @@ class RobotSetup:
             base_limits: in addition to the platform's own.
             inverse: "positions" or "rates", which an arm in closed form inverts.
             compiled: whether blocks are compiled, where possible.
+            engine: that steps the robot's plant; Drake unless given.
         """
         model = RobotModel(robot)
         return cls(
@@ -65,6 +70,7 @@ class RobotSetup:
             period=period,
             inverse=inverse,
             compiled=compiled,
+            engine=engine or Drake(),
         )
 
     def maybe_compiled(self, block: Any) -> Any:

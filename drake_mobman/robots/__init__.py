@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from drake_mobman.kinds import unions_of
 from drake_mobman.robot_model import RobotDescription
 from drake_mobman.robots.fidelity import FidelityParams
+from drake_mobman.robots.file import File
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar

@@ -105,9 +105,7 @@ class FrankaTiago:
 
     def arm(self, plant: Any = None) -> JacobianArm:
         """Returns the arm's kinematics, by its Jacobian; T and E in closed form."""
-        plant = plant or RobotModel(self).plant
-        closed = reduced_arm(plant)
-        return JacobianArm(plant, POSTURE, p_BT=closed.p_BT, p_SE=closed.p_SE)
+        return JacobianArm(plant or RobotModel(self).plant, POSTURE)
 
     def arm_inverse(self, setup: RobotSetup) -> Any:
         """Returns the arm's inverse, by its Jacobian."""

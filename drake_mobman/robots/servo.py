@@ -213,8 +213,8 @@ def _servo_robot(
     plant.SetDefaultPositions(np.array(start))
     n = len(start) - BASE_JOINTS
     builder = DiagramBuilder()
-    builder.AddNamedSystem("plant", plant)
-    state = plant.get_state_output_port()
+    stepped = setup.engine.add_to(builder, plant)
+    state = stepped.get_state_output_port()
     # Each block costs time at each step of the plant, evaluated or not: so few blocks.
     parts = builder.AddSystem(Demultiplexer([BASE_JOINTS, n, BASE_JOINTS, n]))
     builder.Connect(state, parts.get_input_port())
@@ -231,9 +231,9 @@ def _servo_robot(
         builder.AddSystem(desired)
         builder.Connect(command, desired.get_input_port())
         builder.Connect(
-            desired.get_output_port(), plant.get_desired_state_input_port(instance)
+            desired.get_output_port(), stepped.get_desired_state_input_port(instance)
         )
-    forces = plant.get_applied_spatial_force_input_port()
+    forces = stepped.get_applied_spatial_force_input_port()
     builder.ExportInput(forces, signals.SPATIAL_FORCES)
     builder.ExportOutput(pose, signals.BASE_POSE)
     builder.ExportOutput(position, signals.ARM_POSITION)

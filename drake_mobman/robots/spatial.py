@@ -47,14 +47,13 @@ class Spatial(TwoLinks):
     def arm(self, plant: Any = None) -> SpatialArm | JacobianArm:
         """Returns the arm's kinematics.
 
-        In closed form for an end effector along its reach; else by its Jacobian, with
-        only T in closed form.
+        In closed form for an end effector along its reach; else by its Jacobian.
         """
-        arm = SpatialArm(self.upper_link, self.lower_link, self.hand, self.p_BS)
         if self.orientation == "reach":
-            return arm
+            links = self.upper_link, self.lower_link
+            return SpatialArm(*links, self.hand, self.p_BS)
         plant = plant or RobotModel(self).plant
-        return JacobianArm(plant, POSTURE, Damping(length=self.hand), p_BT=arm.p_BT)
+        return JacobianArm(plant, POSTURE, Damping(length=self.hand))
 
     def arm_inverse(self, setup: RobotSetup) -> Any:
         """Returns the arm's inverse: in closed form, or with a yaw in W."""

@@ -5,7 +5,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any
 
-from drake_mobman.scenario.schema import TAG, plain
+from drake_mobman.schema import TAG, given, members_of, plain
 
 
 def with_defaults(data: Any, schema: Any, defaults: Mapping[type, Any]) -> Any:
@@ -18,15 +18,16 @@ def with_defaults(data: Any, schema: Any, defaults: Mapping[type, Any]) -> Any:
         schema: of the data.
         defaults: parameters by their class.
     """
-    members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
-        return [with_defaults(item, members[0], defaults) for item in data]
-    if members:
+        item = typing.get_args(schema)[0]
+        return [with_defaults(x, item, defaults) for x in data]
+    schema = schema if data is None else given(schema)
+    if members := members_of(schema):
         (schema,) = (x for x in members if data[TAG] == f"!{x.__name__}")
     if not dc.is_dataclass(schema):
         return data
     kind: Any = schema
     types = {TAG: str} | {field.name: field.type for field in dc.fields(schema)}
-    given = {key: with_defaults(x, types[key], defaults) for key, x in data.items()}
+    told = {key: with_defaults(x, types[key], defaults) for key, x in data.items()}
     missing = plain(defaults[kind], kind) if kind in defaults else {}
-    return missing | given
+    return missing | told

@@ -6,6 +6,7 @@ the scenario's file, and overrides given as `key.path=value`.
 
 import dataclasses as dc
 import textwrap
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,10 @@ from drake_mobman.files import read_file
 from drake_mobman.parameters import ParameterError, quoted
 from drake_mobman.scenario.guided import Guided
 from drake_mobman.scenario.old_names import with_new_names
-from drake_mobman.scenario.schema import load_typed, load_yaml, with_override
+from drake_mobman.scenario.robot_path import located, robot_warnings
 from drake_mobman.scenario.teleop import Teleop
 from drake_mobman.scenario_files import scenario_paths
+from drake_mobman.schema import load_typed, load_yaml, with_override
 from drake_mobman.teleop.recorded import Recording
 
 AnyScenario = Teleop | Guided
@@ -71,12 +73,14 @@ def load_scenario(name: str | Path, overrides: Sequence[str] = ()) -> AnyScenari
     label = path.name
     try:
         data = load_yaml(text)
-        data = {} if data is None else data
+        data = located({} if data is None else data, path.parent.absolute())
         for override in overrides:
             label = "--set"
-            data = _overridden(data, override)
+            data = located(_overridden(data, override), Path.cwd())
         label = f"{path.name} with --set" if overrides else path.name
         scenario = load_typed(AnyScenario, with_new_names(data, label))
+        for line in robot_warnings(scenario.robot):
+            warnings.warn(f"{label}: {line}", UserWarning, stacklevel=2)
         return dc.replace(played_back(scenario, path.parent), name=stem)
     except ParameterError as error:
         raise ScenarioError(f"{label}: {error}") from None

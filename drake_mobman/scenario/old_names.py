@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from drake_mobman.parameters import ParameterError
-from drake_mobman.scenario.schema import TAG
+from drake_mobman.schema import TAG
 
 Data = dict[str, Any]
 

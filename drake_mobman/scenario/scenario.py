@@ -7,6 +7,8 @@ from typing import Any, ClassVar, Self
 from pydrake.common.yaml import yaml_load_typed
 
 from drake_mobman.base import Smoothing
+from drake_mobman.engines import Engine
+from drake_mobman.engines.drake import Drake
 from drake_mobman.parameters import PERIOD, TIME, ParameterError, within
 from drake_mobman.robot_model import RobotDescription, RobotSetup, WorkspaceLimits
 from drake_mobman.robot_model.base_limits import check_base
@@ -16,7 +18,7 @@ from drake_mobman.robots.kinematic import Kinematic
 from drake_mobman.robots.planar import Planar
 from drake_mobman.scenario.fit import REACHED, below, check_joints, check_workspace
 from drake_mobman.scenario.layers import with_defaults
-from drake_mobman.scenario.schema import NOT_IN_YAML, dump_yaml, plain
+from drake_mobman.schema import NOT_IN_YAML, dump_yaml, plain
 from drake_mobman.ticks import last_tick
 
 OF_ROBOT: Any = None
@@ -33,6 +35,7 @@ class Scenario:
     duration: float = 16.0  # Of the run [s].
     period: float = 0.01  # Control period; at `Kinematic` the Euler step too [s].
     fidelity: Fidelity = dc.field(default_factory=Kinematic)  # With masses or not.
+    engine: Engine = dc.field(default_factory=Drake)  # Steps the robot, with masses.
     compiled: bool = False  # Whether blocks are compiled, where possible.
     robot: Robot = dc.field(default_factory=Planar)  # The robot, and its lengths.
     start: Start = OF_ROBOT  # Of base and end effector.
@@ -70,6 +73,7 @@ class Scenario:
             workspace=self.workspace,
             base_limits=self.smoother.limits(),
             compiled=self.compiled,
+            engine=self.engine,
         )
 
     def check(self) -> None:
@@ -82,6 +86,10 @@ class Scenario:
             )
         with below("fidelity"):
             self.fidelity.check_period(self.period)
+        if self.engine.needs_masses and not self.fidelity.has_masses:
+            names = (f"!{type(x).__name__}" for x in (self.engine, self.fidelity))
+            valid = "needs a fidelity with masses, as !Servo is; fidelity is"
+            raise ParameterError("engine", next(names), f"{valid} {next(names)}")
         setup = self.setup()
         self.start_position(setup)
         check_workspace(self.workspace, self.start, setup)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from drake_mobman import signals
-from drake_mobman.scenario.schema import dump_typed
 from drake_mobman.simulation.log import windows
 from drake_mobman.simulation.npz import write_npz
 from drake_mobman.simulation.output_folder import (
@@ -19,16 +18,12 @@ from drake_mobman.simulation.output_folder import (
     resolved,
 )
 from drake_mobman.simulation.run import Run
+from drake_mobman.simulation.scenario_texts import SCENARIO_FILES, scenario_texts
 from drake_mobman.teleop.recorded import COMMANDS, Recording, header, write_samples
 
-SCENARIO, LOG, METRICS, SCENE = (
-    "scenario.yaml",
-    "log.npz",
-    "metrics.json",
-    "scene.html",
-)
+LOG, METRICS, SCENE = "log.npz", "metrics.json", "scene.html"
 
-RUN = (SCENARIO, LOG, METRICS, "figures/*.png", SCENE)
+RUN = (*SCENARIO_FILES, LOG, METRICS, "figures/*.png", SCENE)
 """Files that a run may replace. No recording is: a person cannot repeat it."""
 
 Pictures = dict[str, Callable[[], bytes]]
@@ -70,14 +65,16 @@ def write_log(
     Raises:
         OSError: where something cannot be written; then the folder is unchanged.
     """
-    names, scenario = [SCENARIO, LOG], run.scenario
+    names, scenario = [LOG], run.scenario
     if isinstance(scenario.source, Recording):
         names, scenario = [COMMANDS, *names], dc.replace(scenario, source=Recording())
         with folder.file(COMMANDS).open("wb") as file:
             file.write(header(run.scenario.period))
             for _, log in windows(run.log):
                 write_samples(file, log[signals.OPERATOR_INPUT])
-    folder.file(SCENARIO).write_text(dump_typed(scenario), "utf-8")
+    for name, text in scenario_texts(scenario).items():
+        folder.file(name).write_text(text, "utf-8")
+        names.append(name)
     write_npz(folder.file(LOG), run.log, every, progress)
     folder.publish(names, anew=True)
 

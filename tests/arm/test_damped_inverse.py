@@ -127,10 +127,6 @@ def test_its_derivatives_are_those_of_differences(asked, fed, command):
         np.testing.assert_allclose(ours, slope, rtol=0, atol=1e-6)
 
 
-def test_it_is_not_for_expressions():
-    assert BLOCK.ToSymbolicMaybe() is None
-
-
 def test_a_period_that_is_none_is_refused():
     with pytest.raises(ParameterError, match=r"^period: "):
         DampedInverse(ARM, LIMITS, 0.0)

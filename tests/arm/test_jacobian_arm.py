@@ -8,8 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.orientation import orientation_error
@@ -243,7 +241,7 @@ def test_a_tilted_hand_is_brought_back_while_it_moves():
 def test_a_hand_turned_apart_is_moved_and_turned_by_parts_of_its_rates(command, yaw):
     for q in regular_angles(5):
         hand, turns, by_level, posture, damped = ARM.oriented_parts(q, command, yaw)
-        turn, home = turns[:, 2], np.add(by_level, posture)
+        turn, home = np.array(turns)[:, 2], np.add(by_level, posture)
         assert not damped
         expected = commanded_V_BE(q, command)
         np.testing.assert_allclose(V_BE(q, hand), expected, rtol=0, atol=RATES)
@@ -326,7 +324,8 @@ def test_rates_are_bounded_everywhere(command):
         hand, posture, near = BLIND.ee_and_posture_rates(q, command)
         asked = np.hypot(command[0], command[2])
         hand[0] -= command[1]
-        assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold
+        # What the first joint leaves of omega_c is rounding.
+        assert np.linalg.norm(hand) <= TOP_GAIN * asked / threshold + SAME
         pull = BLIND.damping.posture_speed
         assert np.linalg.norm(posture) <= pull * (1 + SAME)
         # Damped, the posture moves the hand a little.
@@ -539,19 +538,8 @@ def test_behind_the_shoulder_is_out_of_reach():
 
 
 def test_an_arm_of_two_joints_is_refused():
-    with pytest.raises(ValueError, match="takes six joints, and the arm has 2"):
+    with pytest.raises(ValueError, match="2 joints are too few for a placed tool"):
         JacobianArm(RobotModel(Planar()).plant, [0.0, -1.0])
-
-
-def test_an_arm_that_does_not_turn_about_z_is_refused():
-    plant = MultibodyPlant(0.0)
-    text = Spatial().urdf()
-    waist = text.index('<joint name="waist"')
-    tipped = text[waist:].replace('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', 1)
-    Parser(plant).AddModelsFromString(text[:waist] + tipped, "urdf")
-    plant.Finalize()
-    with pytest.raises(ValueError, match="does not turn about B's z axis"):
-        JacobianArm(plant, [0.0, 0.5, -1.0, 0.0, 0.5, 0.0])
 
 
 @pytest.mark.parametrize(

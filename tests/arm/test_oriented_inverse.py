@@ -343,9 +343,9 @@ def test_with_its_wrist_at_an_end_the_hand_moves_as_without(
     lower, upper = list(LIMITS.lower), list(LIMITS.upper)
     (upper if sign else lower)[6] = wrist
     blocked = with_limits(lower, upper)
-    free, status = oriented_rates(BLIND, q, command, yaw_rate, 0.0, LIMITS, PERIOD)
+    free, status, _ = oriented_rates(BLIND, q, command, yaw_rate, 0.0, LIMITS, PERIOD)
     assume(status == ArmStatus.OK)
-    found, status = oriented_rates(BLIND, q, command, yaw_rate, 0.0, blocked, PERIOD)
+    found, status, _ = oriented_rates(BLIND, q, command, yaw_rate, 0.0, blocked, PERIOD)
     # A slack of 1e-9 rad over a period, and what differences are off by.
     assert (found[6] if sign else -found[6]) <= 1.1e-7
     gives_way = status == ArmStatus.JOINT_LIMIT | ArmStatus.ORIENTATION

@@ -90,7 +90,7 @@ def with_ends(lower, upper):
 def rates_of(orientation, command, yaw_rate, limits, q=AT):
     if orientation == "reach":
         return rates_within_limits(ARM, q, command, limits, PERIOD)
-    return oriented_rates(ARM, q, command, yaw_rate, 0.0, limits, PERIOD)
+    return oriented_rates(ARM, q, command, yaw_rate, 0.0, limits, PERIOD)[:2]
 
 
 SPEED = st.floats(-0.1, 0.1)

@@ -23,7 +23,7 @@ from drake_mobman.scenario import (
     Teleop,
     load_scenario,
 )
-from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.scripted import Held, Script
 

@@ -12,7 +12,7 @@ from drake_mobman.scenario import (
     load_scenario,
     scenario_paths,
 )
-from drake_mobman.scenario.schema import dump_typed, load_typed, load_yaml
+from drake_mobman.schema import dump_typed, load_typed, load_yaml
 from drake_mobman.teleop.scripted import Held, Script, Smooth
 
 

@@ -13,7 +13,7 @@ from drake_mobman.console.choices import live_scenario
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel
 from drake_mobman.scenario import Guided, ScenarioError, load_scenario
-from drake_mobman.scenario.schema import dump_typed
+from drake_mobman.schema import dump_typed
 from drake_mobman.simulation.log import read_log
 from drake_mobman.simulation.output_folder import FolderError, OutputFolder
 from drake_mobman.simulation.run_folder import RUN, check_run_folder, write_log

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.defaults import Start
 from drake_mobman.scenario import Guided, ScenarioError, Teleop, load_scenario
-from drake_mobman.scenario.schema import (
+from drake_mobman.schema import (
     dump_typed,
     dump_yaml,
     load_typed,

@@ -7,6 +7,7 @@ in a `ParameterError`.
 
 import dataclasses as dc
 import re
+import types
 import typing
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -19,8 +20,14 @@ from drake_mobman.parameters import ParameterError, checked
 TAG = "_tag"
 """Key under which Drake's YAML functions keep a mapping's `!Tag`."""
 
+ALL = "*"
+"""Key of a mapping's value for all keys that it does not have."""
+
 NOT_IN_YAML = {"yaml": False}
 """Metadata of a field that is not in files."""
+
+_WIDTH = 88
+"""Of lines [characters]."""
 
 _DEEPEST = 40
 """Largest depth of nested YAML; a scenario has six levels."""
@@ -155,9 +162,17 @@ def load_yaml(text: str) -> Any:
         raise ParameterError("text", first, "must be YAML") from None
 
 
-def dump_yaml(data: Any) -> str:
-    """Returns data, with tags as `_tag`, as YAML text: the inverse of `load_yaml`."""
-    return yaml.dump(data, Dumper=_Dumper)
+def dump_yaml(data: Any, short: bool = False) -> str:
+    """Returns data, with tags as `_tag`, as YAML text: the inverse of `load_yaml`.
+
+    Args:
+        data: to write.
+        short: whether what holds no other mapping or list is written on one line.
+    """
+    style: dict[str, Any] = {}
+    if short:
+        style = {"default_flow_style": None, "width": _WIDTH}
+    return yaml.dump(data, Dumper=_Dumper, **style)
 
 
 def dump_typed(obj: Any) -> str:
@@ -170,13 +185,30 @@ def dump_typed(obj: Any) -> str:
 
 def plain(obj: Any, schema: Any) -> Any:
     """Returns an instance of `schema` as YAML data, with `_tag` at every union."""
-    members = typing.get_args(schema)
     if typing.get_origin(schema) is list:
-        return [plain(item, members[0]) for item in obj]
+        return [plain(item, typing.get_args(schema)[0]) for item in obj]
+    if isinstance(obj, dict):
+        return dict(obj)
     if not dc.is_dataclass(obj):
         return obj
-    tag = {TAG: f"!{type(obj).__name__}"} if members else {}
+    tag = {TAG: f"!{type(obj).__name__}"} if members_of(schema) else {}
     return tag | {f.name: plain(getattr(obj, f.name), f.type) for f in dc.fields(obj)}
+
+
+def given(schema: Any) -> Any:
+    """Returns a schema without its `None`, which stands for what is not given."""
+    some = [each for each in _alternatives(schema) if each is not types.NoneType]
+    return some[0] if len(some) == 1 else schema
+
+
+def members_of(schema: Any) -> tuple[Any, ...]:
+    """Returns the dataclasses of a union, of which a tag selects one; else nothing."""
+    return _alternatives(given(schema))
+
+
+def _alternatives(schema: Any) -> tuple[Any, ...]:
+    is_union = typing.get_origin(schema) in {types.UnionType, typing.Union}
+    return typing.get_args(schema) if is_union else ()
 
 
 def with_override(data: Any, path: str, value: Any) -> Any:
@@ -212,7 +244,7 @@ def load_typed(schema: Any, data: Any) -> Any:
     Raises:
         ParameterError: names the key, its value and what is valid.
     """
-    if members := typing.get_args(schema):
+    if members := members_of(schema):
         data = {} if data is None else data
         data = _conformed_union(data, members, "", members[0])
         tag = data.pop(TAG).lstrip("!")
@@ -229,13 +261,17 @@ def _conformed(data: Any, schema: Any, path: str, default: Any = None) -> Any:
 
     A mapping without a tag, for a union, is one for the class of the field's `default`.
     """
-    members = typing.get_args(schema)
+    if data is None and schema != given(schema):
+        return None
+    schema = given(schema)
     if typing.get_origin(schema) is list:
         if not isinstance(data, list):
             raise ParameterError(path, data, "must be a list")
-        item = members[0]
+        item = typing.get_args(schema)[0]
         return [_conformed(x, item, f"{path}[{i}]") for i, x in enumerate(data)]
-    if members:
+    if typing.get_origin(schema) is dict:
+        return _conformed_table(data, typing.get_args(schema)[1], path)
+    if members := members_of(schema):
         untagged = members[0] if default is None else type(default)
         return _conformed_union(data, members, path, untagged)
     if dc.is_dataclass(schema):
@@ -298,6 +334,15 @@ def _defaults(data: dict[str, Any], schema: Any, fields: dict[str, Any]) -> Any:
     given = _conformed(data[key], fields[key], key, getattr(defaults, key))
     loaded = yaml_load_typed(schema=schema, data=dump_yaml({key: given}))
     return schema(**{key: getattr(loaded, key)})
+
+
+def _conformed_table(data: Any, value: Any, path: str) -> dict[str, Any]:
+    """Returns a mapping with keys of any name; a number is one for all of them."""
+    if isinstance(data, int | float) and not isinstance(data, bool):
+        data = {ALL: data}
+    if not isinstance(data, dict) or TAG in data:
+        raise ParameterError(path, data, "must be a mapping, without a tag")
+    return {key: _conformed(x, value, f"{path}.{key}") for key, x in data.items()}
 
 
 def _conformed_scalar(data: Any, schema: Any, path: str) -> Any:

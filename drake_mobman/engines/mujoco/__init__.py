@@ -1,0 +1,1 @@
+"""A robot's plant in MuJoCo, made from the finished `MultibodyPlant`."""

@@ -1,0 +1,63 @@
+"""Laws traced on Expressions: what they name is worked out once.
+
+Drake's expressions are trees: where a law uses a result twice, and that one another
+twice, the tree doubles each time. So a law names its results. While it is traced, a
+name is a variable of its own; for floats and AutoDiffXd, it is nothing.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from pydrake.symbolic import Expression, ExpressionKind, Variable
+
+from drake_mobman.scalars import Scalar
+
+_LEAVES = ExpressionKind.Var, ExpressionKind.Constant
+
+
+class Trace:
+    """What laws have named, in order: each in terms of those before it."""
+
+    def __init__(self) -> None:
+        self.variables: list[Variable] = []
+        self.laws: list[Expression] = []
+
+    def name(self, x: Expression) -> Expression:
+        """Returns a variable for an expression; a leaf stays as it is."""
+        if x.get_kind() in _LEAVES:
+            return x
+        variable = Variable(f"n{len(self.laws)}")
+        self.variables.append(variable)
+        self.laws.append(x)
+        return Expression(variable)
+
+
+_trace: ContextVar[Trace | None] = ContextVar("trace", default=None)
+
+
+@contextmanager
+def tracing() -> Iterator[Trace]:
+    """Collects what laws name in this thread, until the end of the `with` block."""
+    trace = Trace()
+    token = _trace.set(trace)
+    try:
+        yield trace
+    finally:
+        _trace.reset(token)
+
+
+def named(x: Scalar) -> Scalar:
+    """Returns `x`, which a law uses several times; while traced, a variable for it."""
+    if type(x) is not Expression:
+        return x
+    trace = _trace.get()
+    return trace.name(x) if trace else x
+
+
+def all_named(xs: Sequence[Scalar]) -> list[Scalar]:
+    """Returns several scalars, each `named`."""
+    trace = _trace.get()
+    if trace is None:
+        return list(xs)
+    return [trace.name(x) if type(x) is Expression else x for x in xs]
