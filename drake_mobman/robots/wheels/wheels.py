@@ -29,7 +29,7 @@ class Wheels:
     """
 
     step: float = 0.002  # Of the plant [s].
-    stiffness: float = 5e6  # Of a tyre [N/m]: a softer one rolls short.
+    stiffness: float = 1e7  # Of a tyre [N/m]: a softer one rolls short.
     dissipation: float = 500.0  # Of tyres and casters, by Hunt and Crossley [s/m].
     arm_gain: float = 1e4  # Of the arm's joints, where they are driven [N m s].
     joint_damping: float = 1.0  # Of the arm's joints, where they are free [N m s].
