@@ -1,4 +1,4 @@
-"""A robot from a file on its own wheels: they roll ahead and turn the base."""
+"""A robot from a file on its own wheels: they roll ahead, and turn the base."""
 
 import numpy as np
 import pytest
