@@ -12,8 +12,6 @@ from drake_mobman.robots.file import File
 
 from .conftest import ARM, POSTURE
 
-mujoco = pytest.importorskip("mujoco")
-
 
 def small_mjcf(mesh=""):
     """Returns the small robot, its fingers left out, in MJCF."""
@@ -78,6 +76,7 @@ def X_BE(file, q):
 
 
 def test_mjcf_is_where_mujoco_has_it(folder):
+    mujoco = pytest.importorskip("mujoco")
     folder.write("small.xml", small_mjcf())
     folder.change("small.robot.yaml", "small.urdf", "small.xml")
     model = mujoco.MjModel.from_xml_string(small_mjcf())
