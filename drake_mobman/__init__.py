@@ -72,6 +72,10 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.robots.planar import Planar
     from drake_mobman.robots.servo import Servo
     from drake_mobman.robots.spatial import Spatial
+    from drake_mobman.robots.wheels import Wheels
+    from drake_mobman.robots.wheels.drive import Drive
+    from drake_mobman.robots.wheels.floor import Bump, Floor, Patch
+    from drake_mobman.robots.wheels.sensors import Sensors
     from drake_mobman.scenario import Guided, ScenarioError, Teleop, load_scenario
     from drake_mobman.scenario_files import scenario_names
     from drake_mobman.teleop.choice import ControllerSelector, CrossFade, Transition
@@ -94,6 +98,7 @@ __all__ = [
     "BaseLimits",
     "Blending",
     "BlendingDecomposer",
+    "Bump",
     "ClosedFormInverse",
     "CommandGate",
     "CommandGuard",
@@ -107,12 +112,14 @@ __all__ = [
     "DiffIkDecomposer",
     "Drag",
     "Drake",
+    "Drive",
     "EndEffectorSensor",
     "Exact",
     "ExactDecomposer",
     "External",
     "FieldDecomposer",
     "File",
+    "Floor",
     "FrankaTiago",
     "Gate",
     "GraspForce",
@@ -133,6 +140,7 @@ __all__ = [
     "OptimizationDecomposer",
     "OrientedInverse",
     "ParameterError",
+    "Patch",
     "Planar",
     "Planned",
     "PointForce",
@@ -147,6 +155,7 @@ __all__ = [
     "ScenarioError",
     "Script",
     "ScriptedSource",
+    "Sensors",
     "Servo",
     "ShareDecomposer",
     "Smooth",
@@ -164,6 +173,7 @@ __all__ = [
     "VelocityField",
     "VelocityFieldController",
     "Waypoint",
+    "Wheels",
     "WorkspaceLimits",
     "__version__",
     "declare_decomposer_ports",
