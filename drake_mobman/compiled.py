@@ -2,7 +2,8 @@
 
 A block is evaluated once on `Expression`s. The result goes into a
 `SymbolicVectorSystem` for each output port, behind ports of the same names, and common
-subexpressions go into systems before them.
+subexpressions go into systems before them. Laws that name what they work out, as those
+of an arm by its Jacobian, are too long for that: they become machine code.
 """
 
 from collections.abc import Hashable, Iterable, Mapping
@@ -19,7 +20,9 @@ from pydrake.systems.primitives import (
     SymbolicVectorSystem,
 )
 
+from drake_mobman.machine_block import Laws, MachineBlock
 from drake_mobman.subexpressions import Named, eliminate_common_subexpressions
+from drake_mobman.tracing import Trace, tracing
 
 
 def compiled(block: Any) -> Any:
@@ -36,17 +39,20 @@ def compiled(block: Any) -> Any:
     """
     try:
         # Numpy warns of expressions, as it takes them for invalid numbers.
-        with np.errstate(invalid="ignore"):
-            laws = _Laws(block)
+        with np.errstate(invalid="ignore"), tracing() as trace:
+            laws = _Laws(block, trace)
     except (AttributeError, RuntimeError, TypeError):
         return block  # It, or its update, does not work on Expressions.
-    return _Compiled(block, laws) if laws.outputs else block
+    if trace.laws and laws.are_all:
+        return MachineBlock(laws, getattr(block, "period", None))
+    return _Compiled(block, laws) if laws.outputs and not trace.laws else block
 
 
-class _Laws:
+class _Laws(Laws):
     """A block's outputs and update as expressions of its inputs and its state."""
 
-    def __init__(self, block: Any) -> None:
+    def __init__(self, block: Any, trace: Trace) -> None:
+        self.trace = trace
         symbolic = block.ToSymbolic()
         context = symbolic.CreateDefaultContext()
         self.time = Variable("t")
@@ -57,15 +63,17 @@ class _Laws:
             variables = MakeVectorVariable(port.size(), f"u{i}_")
             self.inputs[port.get_name()] = variables
             port.FixValue(context, 1 * variables)
-        start = block.CreateDefaultContext().get_discrete_state()
-        start = start.value() if start.num_groups() else np.zeros(0)
+        state = block.CreateDefaultContext().get_discrete_state()
+        start = self.start = state.value() if state.num_groups() else np.zeros(0)
         self.state = MakeVectorVariable(len(start), "x")
         self.update: list[Any] = []
+        self.initialization: list[Any] = []
         if len(start):
             # Counted from the start: a SymbolicVectorSystem starts at zero.
             context.SetDiscreteState(self.state + start)
-            after = symbolic.EvalUniquePeriodicDiscreteUpdate(context).value()
-            self.update = list(after - start)
+            if _is_updated(block):
+                after = symbolic.EvalUniquePeriodicDiscreteUpdate(context).value()
+                self.update = list(after - start)
         self.outputs: dict[str, list[Any]] = {}
         for i in range(block.num_output_ports()):
             port = symbolic.get_output_port(i)
@@ -74,6 +82,13 @@ class _Laws:
             except (AttributeError, RuntimeError, TypeError):
                 continue  # It uses a model that takes no Expressions.
 
+        self.are_all = len(self.outputs) == block.num_output_ports()
+        if len(start):
+            symbolic.ExecuteInitializationEvents(context)
+            begun = context.get_discrete_state_vector().CopyToVector() - start
+            same = zip(begun, self.state, strict=True)
+            if not all(x.EqualTo(1 * v) for x, v in same):
+                self.initialization = list(begun)
         used = [set(_used(law, self.inputs)) for law in self.outputs.values()]
         # Inputs of some outputs, but not of all.
         self.optional = set().union(*used) - set(self.inputs).intersection(*used)
@@ -99,6 +114,11 @@ class _Laws:
 
 _STATE = "the state"
 """A key beside the names of the inputs, which have no spaces."""
+
+
+def _is_updated(block: Any) -> bool:
+    """Returns whether a block has an update every period."""
+    return bool(block.GetUniquePeriodicDiscreteUpdateAttribute())
 
 
 class _Compiled(Diagram):

@@ -6,6 +6,7 @@ The order of the operations is the Expression's, so results differ from it by no
 """
 
 import ctypes
+import re
 import struct
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -51,36 +52,45 @@ _FOLDED = {
 """Operations on several operands, and the constant that changes nothing."""
 
 
+Function = Callable[[Sequence[float]], Any]
+"""Takes numbers for all variables; returns an array of ctypes, which numpy can read."""
+
+
 class MachineCode:
-    """A law of some variables, as a function of numbers.
+    """Laws of some variables, as functions of numbers.
 
     Args:
-        variables: of the law, in the order in which it takes numbers.
-        trace: what the law has named.
-        results: the law's results.
+        variables: of the laws, in the order in which they take numbers.
+        trace: what the laws have named.
+        laws: for each, its results.
 
     Raises:
         TypeError: where an expression has an operation that is not known here.
     """
 
     def __init__(
-        self, variables: Sequence[Variable], trace: Trace, results: Sequence[Scalar]
+        self,
+        variables: Sequence[Variable],
+        trace: Trace,
+        laws: Sequence[Sequence[Scalar]],
     ) -> None:
-        text = _assembly(variables, trace, results)
-        self._engine, address = _loaded(text)
-        self._call = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
-        self._in = ctypes.c_double * len(variables)
-        self._out = ctypes.c_double * len(results)
+        self._engine = _loaded(_assembly(variables, trace, laws))
+        numbers = ctypes.c_double * len(variables)
+        self.laws = [
+            self._function(f"law{i}", numbers, ctypes.c_double * len(law))
+            for i, law in enumerate(laws)
+        ]
 
-    def __call__(self, numbers: Sequence[float]) -> Any:
-        """Returns the law's results as an array of ctypes, which numpy takes as it is.
+    def _function(self, name: str, numbers: Any, results: Any) -> Function:
+        kind = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+        call = kind(self._engine.get_function_address(name))
 
-        Args:
-            numbers: for all variables.
-        """
-        results = self._out()
-        self._call(self._in(*numbers), results)
-        return results
+        def law(given: Sequence[float]) -> Any:
+            found = results()
+            call(numbers(*given), found)
+            return found
+
+        return law
 
 
 class FastLaw:
@@ -100,7 +110,7 @@ class FastLaw:
 
     def __init__(self, law: Callable[..., list[Scalar]], *sizes: int) -> None:
         self._law, self._sizes = law, sizes
-        self._code: MachineCode | None = None
+        self._code: Function | None = None
 
     def __call__(self, *vectors: Vector) -> list[Scalar]:
         """Returns the results of the law."""
@@ -110,7 +120,7 @@ class FastLaw:
         except TypeError:  # Not floats.
             return self._law(*vectors)
 
-    def _compiled(self) -> MachineCode:
+    def _compiled(self) -> Function:
         variables = [
             [Variable(f"u{i}_{j}") for j in range(size)]
             for i, size in enumerate(self._sizes)
@@ -118,36 +128,49 @@ class FastLaw:
         with tracing() as trace:
             results = self._law(*([Expression(x) for x in v] for v in variables))
         every = [x for vector in variables for x in vector]
-        self._code = MachineCode(every, trace, results)
+        self._machine_code = MachineCode(every, trace, [results])
+        (self._code,) = self._machine_code.laws
         return self._code
 
 
 def _assembly(
-    variables: Sequence[Variable], trace: Trace, results: Sequence[Scalar]
+    variables: Sequence[Variable], trace: Trace, laws: Sequence[Sequence[Scalar]]
 ) -> str:
-    """Returns the law as text in LLVM's assembly language."""
+    """Returns laws as text in LLVM's assembly language, as functions law0, law1 ..."""
     code = _Code(variables)
-    for name, law in zip(trace.variables, trace.laws, strict=True):
-        code.value_of_variable[name.get_id()] = code.value(law)
-    stores = []
+    every = [result for law in laws for result in law]
+    for name, named in trace.needed(every):
+        code.value_of_variable[name.get_id()] = code.value(named)
+    values = [list(map(code.value, law)) for law in laws]
+    functions = [
+        _function(f"law{i}", code, results) for i, results in enumerate(values)
+    ]
+    return "\n".join([*sorted(code.declared), *functions])
+
+
+def _function(name: str, code: "_Code", results: Sequence[str]) -> str:
+    """Returns a function of those lines that some values need, which it stores."""
+    needed, lines = set(results), []
+    for value, operation in reversed(code.operations.items()):
+        if value in needed:
+            needed.update(_VALUE.findall(operation))
+            lines.append(f"  {value} = {operation}")
+    lines.reverse()
     for i, result in enumerate(results):
-        stores += [
-            f"%o{i} = getelementptr double, ptr %out, i64 {i}",
-            f"store double {code.value(result)}, ptr %o{i}",
-        ]
-    lines = "\n  ".join([*code.lines, *stores])
-    declared = "\n".join(sorted(code.declared))
-    return (
-        f"{declared}\ndefine void @law(ptr %in, ptr %out) {{\n"
-        f"  {lines}\n  ret void\n}}\n"
-    )
+        lines.append(f"  %o{i} = getelementptr double, ptr %out, i64 {i}")
+        lines.append(f"  store double {result}, ptr %o{i}")
+    body = "\n".join(lines)
+    return f"define void @{name}(ptr %in, ptr %out) {{\n{body}\n  ret void\n}}\n"
+
+
+_VALUE = re.compile(r"%v\d+")
 
 
 class _Code:
-    """Lines of assembly, each for an operation that no line before does."""
+    """Operations in order, each of which no other is like, by the value it gives."""
 
     def __init__(self, variables: Sequence[Variable]) -> None:
-        self.lines: list[str] = []
+        self.operations: dict[str, str] = {}
         self.declared: set[str] = set()
         self.value_of_variable: dict[int, str] = {}
         self._values: dict[str, str] = {}
@@ -189,7 +212,7 @@ class _Code:
     def _line(self, operation: str) -> str:
         if operation not in self._values:
             value = self._values[operation] = f"%v{len(self._values)}"
-            self.lines.append(f"{value} = {operation}")
+            self.operations[value] = operation
         return self._values[operation]
 
     def _folded(self, operation: str, neutral: float, operands: Sequence[Any]) -> str:
@@ -241,11 +264,11 @@ def _constant(x: float) -> str:
     return f"0x{struct.pack('>d', x).hex()}"
 
 
-def _loaded(text: str) -> tuple[Any, int]:
-    """Returns the machine code of a module, and the address of its law in it."""
+def _loaded(text: str) -> Any:
+    """Returns an engine that has the machine code of a module."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
-    return engine, engine.get_function_address("law")
+    return engine
