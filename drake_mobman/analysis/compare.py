@@ -1,4 +1,4 @@
-"""A scenario run with several decomposers, and the metrics of each run."""
+"""Variants of a scenario, by decomposer and engine, and the metrics of their runs."""
 
 import dataclasses as dc
 import typing
@@ -8,6 +8,7 @@ from typing import Any
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.analysis.table import flat_table
 from drake_mobman.decomposers import Decomposer
+from drake_mobman.engines import Engine
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.defaults import default_of
 from drake_mobman.scenario import AnyScenario, ScenarioError, Teleop
@@ -25,26 +26,90 @@ def decomposers_by_name() -> dict[str, type]:
     return {kind.__name__.lower(): kind for kind in typing.get_args(Decomposer)}
 
 
+def engines_by_name() -> dict[str, type]:
+    """Returns the parameters' class of each engine, by its name in lower case."""
+    # Of one engine alone there is no union.
+    kinds = typing.get_args(Engine) or (Engine,)
+    return {kind.__name__.lower(): kind for kind in kinds}
+
+
 def chosen_decomposers(names: Sequence[str]) -> dict[str, type]:
-    """Returns some of `decomposers_by_name`, in the order of their names.
+    """Returns some of `decomposers_by_name`, as `_chosen` does."""
+    return _chosen("--decomposers", names, decomposers_by_name())
+
+
+def chosen_engines(names: Sequence[str]) -> dict[str, type]:
+    """Returns some of `engines_by_name`, as `_chosen` does."""
+    return _chosen("--engine", names, engines_by_name())
+
+
+def _chosen(
+    option: str, names: Sequence[str], known: Mapping[str, type]
+) -> dict[str, type]:
+    """Returns some of the kinds that are known, in the order of their names.
 
     Args:
-        names: of decomposers, as in a scenario; upper or lower case.
+        option: where they are named, for messages.
+        names: as in a scenario; upper or lower case.
+        known: kinds by name.
 
     Raises:
-        ParameterError: where a name is not a decomposer's, or is given twice.
+        ParameterError: where a name is not known, or is given twice.
     """
-    known = decomposers_by_name()
     chosen: dict[str, type] = {}
     for given in names:
         name = given.strip().lstrip("!").lower()
         if name not in known:
             valid = f"must be one of {', '.join(known)}"
-            raise ParameterError("--decomposers", given, valid)
+            raise ParameterError(option, given, valid)
         if name in chosen:
-            raise ParameterError("--decomposers", given, "must be given once")
+            raise ParameterError(option, given, "must be given once")
         chosen[name] = known[name]
     return chosen
+
+
+def variants_of(
+    scenario: AnyScenario,
+    decomposers: Mapping[str, type] | None = None,
+    engines: Mapping[str, type] | None = None,
+) -> dict[str, AnyScenario]:
+    """Returns a scenario with each of some decomposers, in each of some engines.
+
+    Args:
+        scenario: checked, as `load_scenario` returns it.
+        decomposers: as `chosen_decomposers` returns them; its own unless given.
+        engines: as `chosen_engines` returns them; its own unless given.
+
+    Raises:
+        ScenarioError: where a variant does not work.
+    """
+    variants: dict[str, AnyScenario] = {"": scenario}
+    if decomposers:
+        variants = {**with_each(scenario, decomposers)}
+    return in_each(variants, engines) if engines else variants
+
+
+def in_each(
+    scenarios: Mapping[str, AnyScenario], engines: Mapping[str, type]
+) -> dict[str, AnyScenario]:
+    """Returns each scenario in each engine, by both names, as `exact, mujoco`.
+
+    A scenario's own engine keeps its parameters.
+
+    Raises:
+        ScenarioError: where an engine does not work with a scenario.
+    """
+    variants = {}
+    for name, scenario in scenarios.items():
+        for engine, kind in engines.items():
+            own = scenario.engine
+            params = own if isinstance(own, kind) else kind()
+            try:
+                variant = checked(dc.replace(scenario, engine=params))
+            except ParameterError as error:
+                raise ScenarioError(f"with engine={engine}: {error}") from None
+            variants[", ".join(filter(None, (name, engine)))] = variant
+    return variants
 
 
 def with_each(
@@ -96,18 +161,18 @@ def _like(first: Any, other: Any) -> Any:
 
 @dc.dataclass
 class Comparison:
-    """A scenario's runs with several decomposers."""
+    """Runs of a scenario's variants."""
 
-    scenario: Teleop  # As it was given, with its own decomposer.
-    runs: dict[str, Run]  # By the decomposer's name.
+    scenario: AnyScenario  # As it was given.
+    runs: dict[str, Run]  # By the variant's name.
     metrics: dict[str, dict[str, Any]]  # Likewise; None for a number not finite.
 
     def table(self) -> dict[str, dict[str, Any]]:
-        """Returns the value of each metric by decomposer, by the metric's flat name."""
+        """Returns the value of each metric by variant, by the metric's flat name."""
         return flat_table(self.metrics)
 
 
-def timed(_name: str, variant: Teleop) -> Run:
+def timed(_name: str, variant: AnyScenario) -> Run:
     """Returns the run of a variant, with its control ticks timed if it did not die."""
     run = simulate(variant)
     if not run.died:
@@ -117,24 +182,23 @@ def timed(_name: str, variant: Teleop) -> Run:
 
 def compared(
     scenario: AnyScenario,
-    decomposers: Mapping[str, type],
-    simulated: Callable[[str, Teleop], Run] = timed,
+    variants: Mapping[str, AnyScenario],
+    simulated: Callable[[str, AnyScenario], Run] = timed,
     stop: Callable[[], bool] = lambda: False,
 ) -> Comparison:
-    """Returns the runs of a scenario with each of the decomposers.
+    """Returns the runs of a scenario's variants.
 
     Args:
         scenario: checked, as `load_scenario` returns it.
-        decomposers: some of `decomposers_by_name`.
-        simulated: runs a variant of the scenario, given its decomposer's name.
+        variants: as `variants_of` returns them.
+        simulated: runs a variant, given its name.
         stop: called before each run; returns whether the user wants to stop.
 
     Raises:
-        ScenarioError: as `with_each`.
         KeyboardInterrupt: where the user stopped before there was any result.
     """
     runs: dict[str, Run] = {}
-    for name, variant in with_each(scenario, decomposers).items():
+    for name, variant in variants.items():
         if stop():
             break
         runs[name] = simulated(name, variant)
@@ -144,4 +208,4 @@ def compared(
     if not logged and (stop() or any(run.interrupted for run in runs.values())):
         raise KeyboardInterrupt
     numbers = {name: finite(metrics(run)) for name, run in runs.items()}
-    return Comparison(commanded(scenario), runs, numbers)
+    return Comparison(scenario, runs, numbers)

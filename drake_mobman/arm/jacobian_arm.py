@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydrake.math import atan2, cos, sin, sqrt
 
-from drake_mobman.arm.axes import Line
-from drake_mobman.arm.chain import Chain, Placed, Row, chain_of
+from drake_mobman.arm.chain import Row, chain_of
 from drake_mobman.arm.inverse_kinematics import nearest_joint_angles
 from drake_mobman.arm.orientation import rotation_about_z
 from drake_mobman.arm.pseudo_inverse import (
@@ -22,7 +21,7 @@ from drake_mobman.arm.pseudo_inverse import (
     dot,
     pseudo_inverse,
 )
-from drake_mobman.arm.shoulder import JointAxis, shoulder
+from drake_mobman.arm.shoulder import shoulder_of
 from drake_mobman.machine_code import FastLaw
 from drake_mobman.parameters import checked
 from drake_mobman.scalars import (
@@ -123,7 +122,7 @@ class JacobianArm:
         self._rows = slice(0, 6) if self.level else slice(3, 6)
         self._lower, self._upper = self.chain.lower, self.chain.upper
         at = self.chain.at(self.posture.tolist())
-        p_BS, self.turn, self.lift = shoulder(_axes(self.chain, at))
+        p_BS, self.turn, self.lift = shoulder_of(self.chain, self.posture)
         self.p_BS = tuple(p_BS.tolist())
         # Where the others are enough, they move E, and the lift follows.
         enough = n > (LEVEL if self.level else _PLACED)
@@ -385,14 +384,6 @@ class _At(NamedTuple):
     J: Rows  # Jacobian of V_BE (6, n), or of v_BE (3, n) where E is placed only.
     cylindrical: tuple[Scalar, Scalar, Scalar]  # l [m], psi [rad], z [m].
     beyond: Scalar  # Bearing of E from the posture's, turned to face it [rad].
-
-
-def _axes(chain: Chain, at: Placed) -> list[JointAxis]:
-    """Returns the axes of a chain's joints."""
-    return [
-        JointAxis(joint.index, joint.slides, Line(np.array(p), np.array(axes[2])))
-        for joint, (axes, p) in zip(chain.joints, at.joints, strict=True)
-    ]
 
 
 def _split(flat: list[Scalar], size: int) -> list[list[Scalar]]:

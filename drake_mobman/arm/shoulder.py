@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_mobman.arm.axes import Line, nearest_on
-from drake_mobman.scalars import Matrix
+from drake_mobman.arm.chain import Chain
+from drake_mobman.scalars import Matrix, Vector
 
 VERTICAL = 0.01
 """Tilt up to which an axis counts as vertical [rad]."""
@@ -35,9 +36,7 @@ class Shoulder(NamedTuple):
     """Where the arm's vertical axis is on the base, and what moves the arm along it."""
 
     p_BS: Matrix  # Of S (3,) [m].
-    turn: (
-        Carrier | None
-    )  # The joint about the vertical through S; none if it is tilted.
+    turn: Carrier | None  # The joint about the vertical through S; none if tilted.
     lift: Carrier | None  # The joint that lifts the arm as a whole.
 
 
@@ -59,6 +58,17 @@ def shoulder(joints: Sequence[JointAxis]) -> Shoulder:
             break
         carriers[slides] = Carrier(i, float(np.sign(line.direction[2])))
     return Shoulder(nearest_on(first, second), carriers.get(False), carriers.get(True))
+
+
+def shoulder_of(chain: Chain, q: Vector) -> Shoulder:
+    """Returns the shoulder of a chain at joint positions `q` (n,) [rad], [m]."""
+    poses = chain.at([float(x) for x in q]).joints
+    return shoulder(
+        [
+            JointAxis(each.index, each.slides, Line(np.array(X.p), np.array(X.axes[2])))
+            for each, X in zip(chain.joints, poses, strict=True)
+        ]
+    )
 
 
 def is_vertical(line: Line) -> bool:

@@ -1,4 +1,4 @@
-"""`mobman compare`: decomposers side by side on the same scenarios."""
+"""`mobman compare`: decomposers and engines side by side on the same scenarios."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,13 +15,13 @@ from drake_mobman.exit_status import DIED, INTERRUPTED
 
 if TYPE_CHECKING:
     from drake_mobman.analysis.compare import Comparison
-    from drake_mobman.scenario import AnyScenario, Teleop
+    from drake_mobman.scenario import AnyScenario
     from drake_mobman.simulation.output_folder import OutputFolder
     from drake_mobman.simulation.run import Run
     from drake_mobman.simulation.stop import Stop
 
-Decomposers = dict[str, type]
-"""Classes of parameters by the decomposers' names."""
+Kinds = dict[str, type]
+"""Classes of parameters by the names of their kinds."""
 
 
 def compare(
@@ -32,26 +32,35 @@ def compare(
             metavar="NAME,...",
             help="As in exact,blending,switching; a wrong name shows all valid ones.",
         ),
-    ],
+    ] = "",
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME,...",
+            help="As in drake,mujoco: what steps the robot; alone, or with the above.",
+        ),
+    ] = "",
     out: Annotated[Path, typer.Option(help="Folder for the comparisons.")] = Path(
         "comparison"
     ),
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
-    """Compares decomposers on scenarios, in a table and a figure."""
+    """Compares decomposers or engines on scenarios, in a table and a figure."""
+    if not (decomposers or engine):
+        refuse("give --decomposers NAME,..., or --engine NAME,..., or both")
 
     def work(stop: "Stop") -> int:
         from drake_mobman.report.comparison import COMPARISON
 
-        chosen = chosen_or_refused(decomposers)
+        chosen = chosen_or_refused(decomposers, engine)
         loaded = load_all(scenarios, set_, out, COMPARISON)
-        check_each(loaded, chosen)
+        variants = {x: variants_or_refused(y, *chosen) for x, y in loaded.items()}
         status = 0
         for name, scenario in loaded.items():
             if stop():
                 complain(f"{name}: interrupted, not run")
                 break
-            ended = compare_one(scenario, chosen, out / name, stop)
+            ended = compare_one(scenario, variants[name], out / name, stop)
             status = status or ended
             if ended == INTERRUPTED:
                 break
@@ -60,36 +69,40 @@ def compare(
     until_stopped(work)
 
 
-def chosen_or_refused(names: str) -> Decomposers:
-    """Returns the decomposers that are named, with commas between, or refuses."""
-    from drake_mobman.analysis.compare import chosen_decomposers
+def chosen_or_refused(decomposers: str, engines: str) -> tuple[Kinds, Kinds]:
+    """Returns what is named, with commas between, or refuses."""
+    from drake_mobman.analysis.compare import chosen_decomposers, chosen_engines
     from drake_mobman.parameters import ParameterError
 
     try:
-        return chosen_decomposers(names.split(","))
+        return (
+            chosen_decomposers(decomposers.split(",")) if decomposers else {},
+            chosen_engines(engines.split(",")) if engines else {},
+        )
     except ParameterError as error:
         refuse(error)
 
 
-def check_each(loaded: "dict[str, AnyScenario]", decomposers: Decomposers) -> None:
-    """Refuses unless every scenario works with every decomposer."""
-    from drake_mobman.analysis.compare import with_each
+def variants_or_refused(
+    scenario: "AnyScenario", decomposers: Kinds, engines: Kinds
+) -> "dict[str, AnyScenario]":
+    """Returns a scenario with each decomposer in each engine, or refuses."""
+    from drake_mobman.analysis.compare import variants_of
     from drake_mobman.scenario import ScenarioError
 
-    for name, scenario in loaded.items():
-        try:
-            with_each(scenario, decomposers)
-        except ScenarioError as error:
-            refuse(f"{name}: {error}")
+    try:
+        return variants_of(scenario, decomposers, engines)
+    except ScenarioError as error:
+        refuse(f"{scenario.name}: {error}")
 
 
 def compare_one(
     scenario: "AnyScenario",
-    decomposers: Decomposers,
+    variants: "dict[str, AnyScenario]",
     folder: Path,
     stop: "Stop",
 ) -> int:
-    """Compares decomposers on a scenario into a folder; returns an exit status.
+    """Compares variants of a scenario into a folder; returns an exit status.
 
     If the user does not wait, it is a comparison of what was run until then.
     """
@@ -100,10 +113,10 @@ def compare_one(
     try:
         with OutputFolder(folder, COMPARISON) as opened:
 
-            def run_with(decomposer: str, variant: "Teleop") -> "Run":
-                return run_one(decomposer, variant, opened, stop)
+            def run(name: str, variant: "AnyScenario") -> "Run":
+                return run_one(name, variant, opened, stop)
 
-            comparison = compared(scenario, decomposers, run_with, stop)
+            comparison = compared(scenario, variants, run, stop)
             write_comparison(comparison, scenario.name, opened)
             status = add_picture(comparison, opened, folder, stop)
     except (Exception, SystemExit) as error:
@@ -122,14 +135,14 @@ def compare_one(
 
 
 def run_one(
-    decomposer: str, variant: "Teleop", folder: "OutputFolder", stop: "Stop"
+    name: str, variant: "AnyScenario", folder: "OutputFolder", stop: "Stop"
 ) -> "Run":
-    """Returns the run of a scenario with one of the decomposers."""
+    """Returns the run of one of a scenario's variants."""
     from drake_mobman.simulation.simulate import simulate
     from drake_mobman.simulation.tick_times import tick_times
 
-    title = f"{variant.name}, {decomposer}"
-    part = folder.file(f"{decomposer}.part")
+    title = f"{variant.name}, {name}"
+    part = folder.file(f"{name}.part")
     with progress_bar(title, variant.duration) as progress:
         run = simulate(variant, progress=progress, stop=stop, part=part)
     if run.died:

@@ -10,6 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 class Drake:
     """Drake steps the plant."""
 
+    package: ClassVar[str] = "drake"
     needs_masses: ClassVar[bool] = False
 
     def add_to(

@@ -11,6 +11,7 @@ class EngineParams(Protocol):
     Whatever its engine, a robot is built as a finalized `MultibodyPlant`.
     """
 
+    package: ClassVar[str]  # That steps it, whose version goes with the results.
     needs_masses: ClassVar[bool]  # Whether it can only step a plant.
 
     def add_to(

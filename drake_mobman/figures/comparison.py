@@ -30,7 +30,7 @@ _THIN = {"lw": 0.8}
 
 
 def draw_comparison(runs: Mapping[str, Run]) -> Figure:
-    """Draws a row of panels for each run, by the name of its decomposer.
+    """Draws a row of panels for each run, by the name of its variant.
 
     Of two runs, linear velocities [m/s] are a and b, angular ones [rad/s] c and d: the
     command, and what the decomposer sends to base and arm for it, sample by sample.
@@ -54,7 +54,7 @@ def draw_comparison(runs: Mapping[str, Run]) -> Figure:
                     title += f", median {median:.3g} µs"
             axes.set_title(title, fontsize=SMALL, loc="left")
         column[-1].set_xlabel(TIME)
-    return finish(figure, "Commands of each decomposer, and the time of a tick")
+    return finish(figure, "Commands to base and arm, and the time of a tick")
 
 
 def _draw_velocities(axes: Axes, run: Run, part: Component) -> None:
@@ -65,7 +65,8 @@ def _draw_velocities(axes: Axes, run: Run, part: Component) -> None:
         (signals.BASE_COMMAND, "base", BASE_LINE | _THIN),
         (signals.ARM_COMMAND, "arm", ARM_LINE | _THIN),
     ):
-        axes.plot(log["time"], log[signal][:, i], **line, label=name)
+        if signal in log:  # Led by hand, only the base is commanded.
+            axes.plot(log["time"], log[signal][:, i], **line, label=name)
     symbol, most = rf"{part.rate}_\mathrm{{max}}", _limit(run.scenario, part)
     draw_limits(axes, {symbol: most, f"-{symbol}": -most})
     label_axes(axes, "", f"${part.rate}$ [{part.rate_unit}]")

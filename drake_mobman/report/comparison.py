@@ -1,8 +1,8 @@
-"""The comparison folder: decomposers side by side, in a table and a figure."""
+"""The comparison folder: variants side by side, in a table and a figure."""
 
 import dataclasses as dc
 import json
-from typing import Any, cast
+from typing import Any
 
 from drake_mobman.analysis.compare import Comparison
 from drake_mobman.analysis.markdown import markdown_table
@@ -24,14 +24,11 @@ def write_comparison(comparison: Comparison, title: str, folder: OutputFolder) -
     Raises:
         OSError: where something could not be written; then the folder is unchanged.
     """
-    params = {
-        name: dc.asdict(cast(Any, run.scenario).decomposer)
-        for name, run in comparison.runs.items()
-    }
     content = {
         "scenario": title,
         "versions": _versions(comparison),
-        "decomposers": params,
+        "decomposers": _params(comparison, "decomposer"),
+        "engines": _params(comparison, "engine"),
         "metrics": comparison.table(),
     }
     files = {
@@ -73,6 +70,14 @@ def _table(group: Group, columns: list[str]) -> str:
         for row in group.rows
     ]
     return markdown_table(["metric", *columns], rows)
+
+
+def _params(comparison: Comparison, key: str) -> dict[str, Any]:
+    """Returns the kind and the parameters under a key of each run's scenario."""
+    given = {
+        name: getattr(run.scenario, key, None) for name, run in comparison.runs.items()
+    }
+    return {name: dc.asdict(params) for name, params in given.items() if params}
 
 
 def _versions(comparison: Comparison) -> dict[str, str]:

@@ -16,6 +16,7 @@ from drake_mobman.analysis.compare import (
     chosen_decomposers,
     compared,
     decomposers_by_name,
+    variants_of,
     with_each,
 )
 from drake_mobman.analysis.markdown import markdown_table
@@ -304,7 +305,9 @@ def test_ctrl_c_ends_it_and_keeps_what_was_done(tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def comparison():
     scenario = load_scenario("kwon_arbitrary", ["duration=12", "guard.max_v_c=0.5"])
-    return compared(scenario, chosen_decomposers(["switching", "blending"]))
+    return compared(
+        scenario, variants_of(scenario, chosen_decomposers(["switching", "blending"]))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -371,14 +374,18 @@ def test_limits_are_those_of_the_command_or_of_the_base_that_keeps_to_them(figur
         assert [limits(axes) for axes in row] == [[0.5, -0.5], [0.4, -0.4], [1e4]]
     overrides = ["duration=1", "smoother=smoother", "smoother.max_speed=0.7"]
     scenario = load_scenario("kwon_1", overrides)
-    kept = draw_comparison(compared(scenario, {"blending": Blending}).runs)
+    kept = draw_comparison(
+        compared(scenario, with_each(scenario, {"blending": Blending})).runs
+    )
     assert [limits(axes) for axes in kept.axes] == [[0.7, -0.7], [1.0, -1.0], [1e4]]
 
 
 @pytest.mark.usefixtures("dying")
 def test_a_run_that_died_is_drawn_as_far_as_it_got():
     scenario = load_scenario("kwon_1", ["duration=1"])
-    runs = compared(scenario, chosen_decomposers(["switching", "blending"])).runs
+    runs = compared(
+        scenario, variants_of(scenario, chosen_decomposers(["switching", "blending"]))
+    ).runs
     died, whole = panels(draw_comparison(runs))
     assert "died" in died[0].get_title(loc="left")
     assert "died" not in whole[0].get_title(loc="left")

@@ -73,8 +73,12 @@ def metrics(
 
 def of_no_sample(run: Run) -> dict[str, Any]:
     """Returns what needs no log: why the run died, and versions."""
+    stepped_by = run.scenario.engine.package
     versions = {
-        "drake": version("drake"),
+        **{
+            package: version(package)
+            for package in dict.fromkeys(("drake", stepped_by))
+        },
         "python": platform.python_version(),
         "drake_mobman": __version__,
     }

@@ -19,6 +19,7 @@ class Mujoco:
     substeps: int = 4  # Steps of MuJoCo in one of the plant.
     impratio: float = 100.0  # Friction's impedance over that of the normal force.
 
+    package: ClassVar[str] = "mujoco"
     needs_masses: ClassVar[bool] = True
 
     def check(self) -> None:

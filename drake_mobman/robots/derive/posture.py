@@ -16,7 +16,7 @@ from pydrake.solvers import SnoptSolver
 from drake_mobman.frames import frame
 from drake_mobman.robot_model.model import BASE_JOINTS, moving_joints
 from drake_mobman.robots.derive.derived import Derived
-from drake_mobman.robots.derive.tee import ORIENTED
+from drake_mobman.robots.derive.ranges import arm_ranges
 from drake_mobman.scalars import Matrix
 
 _STARTS = 16
@@ -44,9 +44,6 @@ _FLOOR = 0.1
 _EXACT = 1e-9
 """How far a direction may be off [rad]; SNOPT meets it to about 1e-6."""
 
-_TURN = math.pi
-"""How far a joint without limits may turn from zero [rad]."""
-
 
 class Tool(NamedTuple):
     """A direction that the tool may point in."""
@@ -67,7 +64,9 @@ class _Found(NamedTuple):
     how: str
 
 
-def posture(plant: Any, p_BS: Matrix, r_f: float, length: float) -> Derived[Matrix]:
+def posture(
+    plant: Any, p_BS: Matrix, r_f: float, length: float, *, level: bool
+) -> Derived[Matrix]:
     """Returns joint positions (n,) for the arm to start from and to return to.
 
     Args:
@@ -75,17 +74,20 @@ def posture(plant: Any, p_BS: Matrix, r_f: float, length: float) -> Derived[Matr
         p_BS: of the shoulder (3,) [m].
         r_f: largest distance of T from it [m].
         length: weight of turning E against moving it [m].
+        level: whether E is to be level.
 
     Returns:
         The posture; its source says where the end effector cannot be level.
     """
-    search = _Search(plant, p_BS, r_f, length)
-    levels = TOOLS if search.n >= ORIENTED else ()
+    search = _Search(plant, p_BS, r_f, length if level else None)
+    levels = TOOLS if level else ()
     found = [each for tool in levels for each in search.postures(tool)]
     if not found:
         found = [*search.postures(None)]
     if not found:
-        return Derived(search.middle, "middle of the joints' ranges, as no other fits")
+        return Derived(
+            search.ranges.middle, "middle of the joints' ranges, as no other fits"
+        )
     best = max(found, key=lambda each: each.score)
     return Derived(best.q, best.how)
 
@@ -93,17 +95,14 @@ def posture(plant: Any, p_BS: Matrix, r_f: float, length: float) -> Derived[Matr
 class _Search:
     """Looks for postures of one arm."""
 
-    def __init__(self, plant: Any, p_BS: Matrix, r_f: float, length: float) -> None:
+    def __init__(
+        self, plant: Any, p_BS: Matrix, r_f: float, length: float | None
+    ) -> None:
         self.plant, self.context = plant, plant.CreateDefaultContext()
         self.p_BS, self.r_f, self.length = p_BS, r_f, length
         self.B, self.T, self.E = (frame(plant, x) for x in ("base", "tee", "tool"))
-        low = plant.GetPositionLowerLimits()[BASE_JOINTS:]
-        high = plant.GetPositionUpperLimits()[BASE_JOINTS:]
-        self.bounded = np.isfinite(low) & np.isfinite(high)
-        self.low = np.where(self.bounded, low, -_TURN)
-        self.high = np.where(self.bounded, high, _TURN)
-        self.middle = (self.low + self.high) / 2
-        self.n = len(low)
+        self.ranges = arm_ranges(plant)
+        self.n = len(self.ranges.low)
         moving = moving_joints(plant)[BASE_JOINTS:]
         self.last = moving[-1]
         turning = [x for x in moving if x.type_name() == "revolute"]
@@ -112,7 +111,8 @@ class _Search:
     def postures(self, tool: Tool | None) -> Iterator[_Found]:
         """Yields postures with the tool in a direction, or in any."""
         rng = np.random.default_rng(1)
-        for start in rng.uniform(self.low, self.high, (_STARTS, self.n)):
+        low, high, _ = self.ranges
+        for start in rng.uniform(low, high, (_STARTS, self.n)):
             q = self._solve(tool, start)
             if q is not None:
                 how = f"tool {tool.name}" if tool else "tool free"
@@ -124,11 +124,11 @@ class _Search:
         q, program = ik.q(), ik.prog()
         still = np.zeros(BASE_JOINTS)
         program.AddBoundingBoxConstraint(still, still, q[:BASE_JOINTS])
-        spare = _MARGIN * (self.high - self.low) * self.bounded
-        arm = q[BASE_JOINTS:]
-        program.AddBoundingBoxConstraint(self.low + spare, self.high - spare, arm)
-        weight = np.where(self.bounded, (self.high - self.low) ** -2.0, 0.0)
-        program.AddQuadraticErrorCost(np.diag(weight), self.middle, arm)
+        low, high, ended = self.ranges
+        spare, arm = _MARGIN * (high - low) * ended, q[BASE_JOINTS:]
+        program.AddBoundingBoxConstraint(low + spare, high - spare, arm)
+        weight = np.where(ended, (high - low) ** -2.0, 0.0)
+        program.AddQuadraticErrorCost(np.diag(weight), self.ranges.middle, arm)
         self._place(ik)
         if tool:
             self._point(ik, tool)
@@ -184,12 +184,12 @@ class _Search:
             self.B,
             self.B,
         )[:, BASE_JOINTS:]
-        J[:3] *= self.length
-        rows = J if self.n >= ORIENTED else J[3:]
+        rows = J[3:]
+        if self.length is not None:
+            J[:3] *= self.length
+            rows = J
         smallest = float(np.linalg.svd(rows, compute_uv=False)[-1])
-        room = np.minimum(q - self.low, self.high - q) / (self.high - self.low)
-        margin = float(np.min(room[self.bounded], initial=0.5))
-        return smallest * margin * (_HANGING if self._hangs() else 1.0)
+        return smallest * self.ranges.margin(q) * (_HANGING if self._hangs() else 1.0)
 
     def _hangs(self) -> bool:
         """Returns whether the elbow is below both S and T."""

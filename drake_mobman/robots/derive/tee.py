@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from drake_mobman.arm.axes import axis, distance, nearest_on
+from drake_mobman.arm.jacobian_arm import LEVEL
 from drake_mobman.robots.derive.derived import Derived
 from drake_mobman.scalars import Matrix
-
-ORIENTED = 6
-"""Joints that an arm needs to place its end effector and to turn it."""
 
 _MEET = 1e-4
 """Distance up to which two axes are said to meet [m]."""
@@ -33,7 +31,7 @@ def tee(joints: Sequence[Any], context: Any, tool: Any) -> Derived[OnBody]:
         tool: frame of E.
     """
     wrist = joints[-3:]
-    if len(joints) < ORIENTED or any(x.type_name() != "revolute" for x in wrist):
+    if len(joints) < LEVEL or any(x.type_name() != "revolute" for x in wrist):
         X = tool.GetFixedPoseInBodyFrame()
         return Derived(OnBody(tool.body(), X.translation()), "E, as there is no wrist")
     body = wrist[0].parent_body()

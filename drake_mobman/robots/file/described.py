@@ -36,7 +36,7 @@ class RobotFileError(ParameterError):
         return self
 
 
-@dc.dataclass(frozen=True)
+@dc.dataclass(frozen=True, eq=False)
 class Described:
     """A robot file, and what is known of its model before anything is derived."""
 

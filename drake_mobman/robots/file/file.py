@@ -9,8 +9,8 @@ from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import OrientedInverse
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import Reach, RobotModel, RobotSetup
-from drake_mobman.robots.file.described import Described, described
-from drake_mobman.robots.file.resolved import arm_of, defaults_of, reach_of
+from drake_mobman.robots.file.described import Described, RobotFileError, described
+from drake_mobman.robots.file.resolved import Resolved, resolve
 
 
 @dc.dataclass
@@ -33,9 +33,19 @@ class File:
             raise ParameterError("path", self.path, "must be the path of a robot file")
         return described(Path(self.path).absolute())
 
+    def resolved(self) -> Resolved:
+        """Returns all that is known of the robot, as given or as derived."""
+        robot = self.described()
+        try:
+            return resolve(robot)
+        except RobotFileError:
+            raise
+        except ParameterError as error:
+            raise RobotFileError(robot.path.name, error) from None
+
     def defaults(self) -> list[Any]:
         """Returns parameters that fit the robot, for what a scenario leaves out."""
-        return defaults_of(self.described(), RobotModel(self).plant)
+        return self.resolved().defaults()
 
     def add_to(self, plant: Any) -> list[Any]:
         """Adds the robot to a plant; returns its model instances."""
@@ -43,17 +53,25 @@ class File:
 
     def arm(self, plant: Any = None) -> JacobianArm:
         """Returns the arm's kinematics, by its Jacobian."""
-        return arm_of(self.described(), plant or RobotModel(self).plant)
+        known = self.resolved()
+        level = known.orientation.value != "free"
+        return JacobianArm(
+            plant or RobotModel(self).plant,
+            known.posture.value,
+            known.damping.value,
+            level=level,
+        )
 
     def reach(self, plant: Any = None) -> Reach:
         """Returns shoulder and reach for a base controller, measured on the model."""
-        return reach_of(self.described(), plant or RobotModel(self).plant)
+        del plant
+        return self.resolved().reach.value
 
     def arm_inverse(self, setup: RobotSetup) -> Any:
         """Returns the arm's inverse, by its Jacobian."""
         arm: Any = setup.arm
         limits, period = setup.joint_limits, setup.period
-        orientation = self.described().contents.arm.orientation or "turning"
-        if orientation == "reach":
+        orientation = self.resolved().orientation.value
+        if orientation in {"reach", "free"}:
             return DampedInverse(arm, limits, period)
         return OrientedInverse(arm, limits, period, orientation)

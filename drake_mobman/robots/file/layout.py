@@ -78,7 +78,16 @@ def _arm(contents: RobotFile, model: Loose, base: Any, tool: Any) -> list[str]:
         if kind not in _MOVED:
             valid = f"its joint {each} is {kind}; must be revolute or prismatic"
             raise ParameterError("arm.tool", name, f"{valid}, or in `held`")
+        _check_mass(contents, model, joints[each])
     return arm
+
+
+def _check_mass(contents: RobotFile, model: Loose, joint: Any) -> None:
+    """Raises `ParameterError` where a joint moves nothing that has a mass."""
+    moved = model.plant.GetBodiesKinematicallyAffectedBy([joint.index()])
+    if not sum(model.plant.get_body(i).default_mass() for i in moved) > 0:
+        valid = f"what its joint {joint.name()} moves must have a mass"
+        raise ParameterError("model", contents.model, valid)
 
 
 def _wheels(

@@ -1,73 +1,154 @@
 """All that blocks need of a robot from a file: as given, or derived from its model."""
 
+import dataclasses as dc
+import functools
 import math
 from typing import Any
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 
-from drake_mobman.arm.jacobian_arm import JacobianArm
+from drake_mobman.arm.chain import chain_of
+from drake_mobman.arm.jacobian_arm import LEVEL, JacobianArm
 from drake_mobman.arm.pseudo_inverse import Damping
+from drake_mobman.arm.shoulder import shoulder_of
+from drake_mobman.base.smoother import Smoother
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
-from drake_mobman.frames import frame
-from drake_mobman.guidance.guiding_hand import Hand, Waypoint
-from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import BASE_JOINTS, Reach, WorkspaceLimits
+from drake_mobman.guidance.guiding_hand import Hand
+from drake_mobman.robot_model import Reach, WorkspaceLimits
+from drake_mobman.robot_model.model import base_limits, joint_limits
 from drake_mobman.robots.defaults import Start
+from drake_mobman.robots.derive import Derived
+from drake_mobman.robots.derive.damping import damping
+from drake_mobman.robots.derive.field import field
+from drake_mobman.robots.derive.hand import hand
+from drake_mobman.robots.derive.posture import posture
+from drake_mobman.robots.derive.ranges import arm_ranges
+from drake_mobman.robots.derive.reach import farthest
+from drake_mobman.robots.derive.speeds import guard, smoother
+from drake_mobman.robots.derive.workspace import Reached, reached, workspace
 from drake_mobman.robots.file.described import Described
+from drake_mobman.robots.file.placement import GIVEN
+from drake_mobman.teleop.guard import Guard
 
-_HALF_WIDTH = 0.09
-"""Of the workspace, where it is not given [m]."""
+_TRANSITION = 0.28
+"""Width of the transition of authority, as a share of the workspace's; Franka's."""
+
+_SMOOTHSTEP = 3.0
+"""Width of a transition times its sharpness alpha."""
 
 
-def arm_of(robot: Described, plant: Any) -> JacobianArm:
-    """Returns the arm's kinematics, by its Jacobian.
+@dc.dataclass(frozen=True)
+class Resolved:
+    """What is known of a robot, each with where it is from."""
 
-    Args:
-        robot: the file.
-        plant: finalized, of the robot.
+    plant: Any  # Finalized, for kinematics.
+    orientation: Derived[str]  # Of the end effector.
+    posture: Derived[np.ndarray]  # (n,) [rad], [m].
+    damping: Derived[Damping]
+    arm: JacobianArm
+    reach: Derived[Reach]
+    reached: Derived[Reached]  # How far E goes from the posture.
+    workspace: Derived[WorkspaceLimits]
+    body_radius: Derived[float]  # [m].
+    smoother: Derived[Smoother]
+    guard: Derived[Guard]
+    field: Derived[VelocityField]
+    hand: Derived[Hand]
+
+    def defaults(self) -> list[Any]:
+        """Returns parameters that fit the robot, for what a scenario leaves out."""
+        l, psi, z = map(float, self.arm.ee_cylindrical(self.arm.posture))
+        limits = self.workspace.value
+        sharpness = _SMOOTHSTEP / (_TRANSITION * (limits.l_max - limits.l_min))
+        sharpness = min(sharpness, 1e3)
+        return [
+            Start(l=l, psi=psi, z=z),
+            limits,
+            self.smoother.value,
+            self.guard.value,
+            Exact(alpha=sharpness, phi_min=0.15, phi_max=0.5),
+            Blending(alpha=sharpness),
+            self.field.value,
+            self.hand.value,
+        ]
+
+
+@functools.lru_cache(maxsize=16)
+def resolve(robot: Described) -> Resolved:
+    """Returns all that is known of a robot.
+
+    Raises:
+        ParameterError: where something is neither given nor to be derived.
     """
-    posture = robot.contents.arm.posture
-    if not posture:
-        raise ParameterError("arm.posture", posture, "must be given")
-    context = plant.CreateDefaultContext()
-    X_TE = frame(plant, "tool").CalcPose(context, frame(plant, "tee"))
-    length = max(float(np.linalg.norm(X_TE.translation())), 0.05)
-    return JacobianArm(plant, posture, Damping(length=length))
-
-
-def reach_of(robot: Described, plant: Any) -> Reach:
-    """Returns shoulder and reach for a base controller; arguments as `arm_of`."""
-    d, e, l_0 = arm_of(robot, plant).p_BS
-    context = plant.CreateDefaultContext()
-    base, tee = (frame(plant, name) for name in ("base", "tee"))
-    low, high = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
-    low, high = (x[BASE_JOINTS:].clip(-np.pi, np.pi) for x in (low, high))
-    r_f = 0.0
-    for q in np.random.default_rng(0).uniform(low, high, (2000, len(low))):
-        plant.SetPositions(context, [*[0.0] * BASE_JOINTS, *q])
-        p_BT = tee.CalcPose(context, base).translation()
-        r_f = max(r_f, float(np.linalg.norm(p_BT - [d, e, l_0])))
-    return Reach(l_0, r_f, d, e)
-
-
-def defaults_of(robot: Described, plant: Any) -> list[Any]:
-    """Returns parameters that fit the robot; arguments as `arm_of`."""
-    arm, given = arm_of(robot, plant), robot.contents.workspace
-    l, psi, z = map(float, arm.ee_cylindrical(arm.posture))
-    limits = {
-        "l_min": l - _HALF_WIDTH,
-        "l_max": l + _HALF_WIDTH,
-        "psi_min": psi - 0.5,
-        "psi_max": psi + 0.5,
-    }
-    told = {k: x for k, x in vars(given).items() if x is not None}
+    given = robot.contents
+    plant = MultibodyPlant(0.0)
+    robot.assembly.add_to(plant)
+    plant.Finalize()
+    chain, ranges = chain_of(plant), arm_ranges(plant)
+    r_f = farthest(chain, ranges)
+    middle = chain.at(ranges.middle.tolist())
+    scaled = damping(r_f.value, math.dist(middle.X_BE.p, middle.p_BT))
+    turned = _orientation(given.arm.orientation, chain.num_joints)
+    level = turned.value != "free"
+    if given.arm.posture:
+        at = Derived(np.array(given.arm.posture), GIVEN)
+    else:
+        p_BS = shoulder_of(chain, ranges.middle).p_BS
+        at = posture(plant, p_BS, r_f.value, scaled.value.length, level=level)
+    arm = JacobianArm(plant, at.value, scaled.value, level=level)
     d, e, l_0 = arm.p_BS
-    ahead, aside = l * math.cos(psi), l * math.sin(psi)
-    return [
-        Start(l=l, psi=psi, z=z),
-        WorkspaceLimits(**limits | told),
-        Exact(alpha=60.0),
-        Blending(alpha=60.0),
-        Hand(path=[Waypoint(x=d + ahead, y=e + aside, z=l_0 + z)]),
-    ]
+    reach = Derived(Reach(l_0, r_f.value, d, e), r_f.source)
+    limits, base = joint_limits(plant), smoother(base_limits(plant))
+    most = guard(arm, limits, base.value)
+    far = reached(arm, limits, ranges, most.value, r_f.value)
+    radius = robot.placement.body_radius
+    nearest = _nearest(arm, far.value.l[0])
+    return Resolved(
+        plant=plant,
+        orientation=turned,
+        posture=at,
+        damping=scaled,
+        arm=arm,
+        reach=reach,
+        reached=far,
+        workspace=_given(workspace(arm, far.value), given.workspace),
+        body_radius=radius,
+        smoother=base,
+        guard=most,
+        field=field(reach.value, radius.value, nearest, base.value),
+        hand=hand(plant, at.value, _place(arm)),
+    )
+
+
+def _orientation(given: str, joints: int) -> Derived[str]:
+    if given:
+        return Derived(given, GIVEN)
+    if joints < LEVEL:
+        return Derived("free", f"{joints} joints place E and do not turn it")
+    return Derived("turning", f"{joints} joints place E and turn it")
+
+
+def _given(found: Derived[Any], given: Any) -> Derived[Any]:
+    """Returns what was derived, with what the robot file has in its place."""
+    told = {k: x for k, x in vars(given).items() if x is not None}
+    if not told:
+        return found
+    rest = "" if len(told) == len(vars(given)) else f"; else {found.source}"
+    value = dc.replace(found.value, **told)
+    return Derived(value, f"{', '.join(told)} {GIVEN}{rest}")
+
+
+def _nearest(arm: JacobianArm, l: float) -> float:
+    """Returns how far T is from the shoulder's axis where E is nearest to it [m]."""
+    _, psi, z = arm.ee_cylindrical(arm.posture)
+    x, y, _ = np.subtract(arm.p_BT(arm.inverse((l, psi, z))), arm.p_BS)
+    return math.hypot(x, y)
+
+
+def _place(arm: JacobianArm) -> np.ndarray:
+    """Returns where E is at the posture (3,) [m]."""
+    l, psi, z = arm.ee_cylindrical(arm.posture)
+    return np.add(arm.p_BS, (l * math.cos(psi), l * math.sin(psi), z))

@@ -14,6 +14,7 @@ from drake_mobman.robots.file.model import (
     Shapes,
     mesh_file,
     refuse_macros,
+    refused,
 )
 from drake_mobman.robots.file.packages import Packages
 from drake_mobman.robots.file.shapes import (
@@ -48,6 +49,7 @@ def urdf_model(root: ET.Element, path: Path, packages: Packages) -> Model:
             x.attrib.pop("friction", None)  # Drake has none in joints.
     for link in root.iter("link"):
         link.attrib.pop("type", None)
+        _clean_mass(link, path)
     _rename_materials(root)
     files = {
         uri: mesh_file(uri, path, packages, path.parent)
@@ -88,6 +90,19 @@ class _Urdf:
         if rgba and shape.find("material") is None:
             material = ET.SubElement(shape, "material", {"name": f"colour_{rgba}"})
             ET.SubElement(material, "color", {"rgba": rgba})
+
+
+def _clean_mass(link: ET.Element, path: Path) -> None:
+    """Takes an inertia without mass off a link: Drake would make it a ball of 1 kg."""
+    for inertial in link.findall("inertial"):
+        mass = inertial.find("mass")
+        value = 0.0 if mass is None else _number(mass, "value", path)
+        if value < 0:
+            raise refused(
+                path, f"its link {link.get('name')} has a mass of {value:g} kg"
+            )
+        if value == 0:
+            link.remove(inertial)
 
 
 def _efforts(root: ET.Element, path: Path) -> dict[str, float]:

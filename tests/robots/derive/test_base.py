@@ -10,7 +10,6 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.derive.body import body_radius
 from drake_mobman.robots.derive.extent import Placed, extents
-from drake_mobman.robots.derive.joints import arm_joints
 from drake_mobman.robots.derive.wheels import base_frame, track, wheel_radius
 
 from .models import Model, joint, link
@@ -136,16 +135,6 @@ def test_limbs_and_what_hangs_above_the_shoulder_are_not_the_base():
 
 def test_a_base_without_geometry_has_no_radius():
     assert radius_of(Model(link("root")), "root").value == 0.0
-
-
-def test_the_arms_joints_are_those_on_the_way_to_the_tool_that_are_not_held():
-    model = Model(BASE + LIMBS)
-    root, tool = model.body("root"), model.body("tool")
-    names = [x.name() for x in arm_joints(model.plant, root, tool, ()).value]
-    assert names == ["lift", "pan", "bend"]
-    found = arm_joints(model.plant, root, tool, {"lift", "other_pan"})
-    assert [x.name() for x in found.value] == ["pan", "bend"]
-    assert found.source == "from root to tool, without lift"
 
 
 SHAPES = [

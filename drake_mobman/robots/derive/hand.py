@@ -1,0 +1,52 @@
+"""How a person's hand pulls a tool, by how heavy the tool feels."""
+
+from typing import Any
+
+import numpy as np
+
+from drake_mobman.arm.chain import chain_of
+from drake_mobman.guidance.guiding_hand import Hand, Waypoint
+from drake_mobman.robot_model.model import BASE_JOINTS
+from drake_mobman.robots.derive.derived import Derived
+from drake_mobman.scalars import Matrix
+
+_USUAL = 0.43
+"""Mass [kg] for which the hand's own stiffness and damping are."""
+
+
+def hand(plant: Any, posture: Matrix, p_BE: Matrix) -> Derived[Hand]:
+    """Returns a hand that holds the tool at the posture.
+
+    Its stiffness and damping are less for a light arm, which a stiff hand would shake.
+
+    Args:
+        plant: finalized, of the robot.
+        posture: joint positions (n,) [rad], [m].
+        p_BE: of the tool at the posture (3,) [m].
+    """
+    mass = apparent_mass(plant, posture)
+    share, usual = min(mass / _USUAL, 1.0), Hand()
+    x, y, z = map(float, p_BE)
+    found = Hand(
+        stiffness=round(share * usual.stiffness, 3),
+        damping=round(share * usual.damping, 3),
+        path=[Waypoint(x=x, y=y, z=z)],
+    )
+    return Derived(found, f"the tool feels like {mass:.2f} kg or more")
+
+
+def apparent_mass(plant: Any, q: Matrix) -> float:
+    """Returns the least mass [kg] that E has when pulled in any direction.
+
+    The largest eigenvalue of J M^-1 J^T is its inverse (Khatib, 1987); the base rests.
+
+    Args:
+        plant: finalized, of the robot.
+        q: joint positions (n,) [rad], [m].
+    """
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, np.append(np.zeros(BASE_JOINTS), q))
+    M = plant.CalcMassMatrix(context)[BASE_JOINTS:, BASE_JOINTS:]
+    chain = chain_of(plant)
+    J: Matrix = np.array(chain.J_V_BE(chain.at(q.tolist())))[3:]
+    return float(1.0 / np.linalg.eigvalsh(J @ np.linalg.solve(M, J.T))[-1])
