@@ -52,45 +52,52 @@ _FOLDED = {
 """Operations on several operands, and the constant that changes nothing."""
 
 
-Function = Callable[[Sequence[float]], Any]
-"""Takes numbers for all variables; returns an array of ctypes, which numpy can read."""
+Law = tuple[Sequence[Variable], Sequence[Scalar]]
+"""Variables, and results that depend on them."""
 
 
-class MachineCode:
-    """Laws of some variables, as functions of numbers.
+class Function:
+    """A law as machine code.
 
     Args:
-        variables: of the laws, in the order in which they take numbers.
+        engine: has the machine code.
+        name: of the function in it.
+        num_inputs: numbers that it takes.
+        num_outputs: numbers that it returns.
+    """
+
+    def __init__(
+        self, engine: Any, name: str, num_inputs: int, num_outputs: int
+    ) -> None:
+        self._engine = engine  # Else the code would be freed.
+        kind = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+        self._call = kind(engine.get_function_address(name))
+        self._numbers = ctypes.c_double * num_inputs
+        self._results = ctypes.c_double * num_outputs
+
+    def __call__(self, numbers: Sequence[float]) -> Any:
+        """Returns an array of ctypes, which numpy can read."""
+        results = self._results()
+        self._call(self._numbers(*numbers), results)
+        return results
+
+
+def machine_code(trace: Trace, laws: Sequence[Law]) -> list[Function]:
+    """Returns laws as functions of numbers.
+
+    Args:
         trace: what the laws have named.
-        laws: for each, its results.
+        laws: for each its variables, in the order in which it takes numbers, and its
+            results.
 
     Raises:
         TypeError: where an expression has an operation that is not known here.
     """
-
-    def __init__(
-        self,
-        variables: Sequence[Variable],
-        trace: Trace,
-        laws: Sequence[Sequence[Scalar]],
-    ) -> None:
-        self._engine = _loaded(_assembly(variables, trace, laws))
-        numbers = ctypes.c_double * len(variables)
-        self.laws = [
-            self._function(f"law{i}", numbers, ctypes.c_double * len(law))
-            for i, law in enumerate(laws)
-        ]
-
-    def _function(self, name: str, numbers: Any, results: Any) -> Function:
-        kind = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
-        call = kind(self._engine.get_function_address(name))
-
-        def law(given: Sequence[float]) -> Any:
-            found = results()
-            call(numbers(*given), found)
-            return found
-
-        return law
+    engine = _loaded(_assembly(trace, laws))
+    return [
+        Function(engine, f"law{i}", len(variables), len(results))
+        for i, (variables, results) in enumerate(laws)
+    ]
 
 
 class FastLaw:
@@ -128,57 +135,71 @@ class FastLaw:
         with tracing() as trace:
             results = self._law(*([Expression(x) for x in v] for v in variables))
         every = [x for vector in variables for x in vector]
-        self._machine_code = MachineCode(every, trace, [results])
-        (self._code,) = self._machine_code.laws
+        (self._code,) = machine_code(trace, [(every, results)])
         return self._code
 
 
-def _assembly(
-    variables: Sequence[Variable], trace: Trace, laws: Sequence[Sequence[Scalar]]
-) -> str:
+def _assembly(trace: Trace, laws: Sequence[Law]) -> str:
     """Returns laws as text in LLVM's assembly language, as functions law0, law1 ..."""
-    code = _Code(variables)
-    every = [result for law in laws for result in law]
-    for name, named in trace.needed(every):
-        code.value_of_variable[name.get_id()] = code.value(named)
-    values = [list(map(code.value, law)) for law in laws]
+    code = _Code()
+    for name, named in trace.needed([result for _, law in laws for result in law]):
+        code.named[name.get_id()] = code.value(named)
     functions = [
-        _function(f"law{i}", code, results) for i, results in enumerate(values)
+        _function(f"law{i}", code, [x.get_id() for x in variables], law)
+        for i, (variables, law) in enumerate(laws)
     ]
     return "\n".join([*sorted(code.declared), *functions])
 
 
-def _function(name: str, code: "_Code", results: Sequence[str]) -> str:
-    """Returns a function of those lines that some values need, which it stores."""
-    needed, lines = set(results), []
+def _function(
+    name: str, code: "_Code", variables: Sequence[int], law: Sequence[Scalar]
+) -> str:
+    """Returns a function of those operations that a law needs.
+
+    Args:
+        name: of the function.
+        code: has the operations.
+        variables: their ids, in the order in which the law takes numbers.
+        law: results, which it stores.
+    """
+    results = list(map(code.value, law))
+    needed, operations = set(results), []
     for value, operation in reversed(code.operations.items()):
         if value in needed:
             needed.update(_VALUE.findall(operation))
-            lines.append(f"  {value} = {operation}")
-    lines.reverse()
-    for i, result in enumerate(results):
-        lines.append(f"  %o{i} = getelementptr double, ptr %out, i64 {i}")
-        lines.append(f"  store double {result}, ptr %o{i}")
-    body = "\n".join(lines)
-    return f"define void @{name}(ptr %in, ptr %out) {{\n{body}\n  ret void\n}}\n"
+            operations.append(f"{value} = {operation}")
+    loads = [
+        line
+        for i, variable in enumerate(variables)
+        if f"%u{variable}" in needed
+        for line in (
+            f"%i{i} = getelementptr double, ptr %in, i64 {i}",
+            f"%u{variable} = load double, ptr %i{i}",
+        )
+    ]
+    stores = [
+        line
+        for i, result in enumerate(results)
+        for line in (
+            f"%o{i} = getelementptr double, ptr %out, i64 {i}",
+            f"store double {result}, ptr %o{i}",
+        )
+    ]
+    body = "\n  ".join([*loads, *reversed(operations), *stores])
+    return f"define void @{name}(ptr %in, ptr %out) {{\n  {body}\n  ret void\n}}\n"
 
 
-_VALUE = re.compile(r"%v\d+")
+_VALUE = re.compile(r"%[uv]\d+")
 
 
 class _Code:
     """Operations in order, each of which no other is like, by the value it gives."""
 
-    def __init__(self, variables: Sequence[Variable]) -> None:
+    def __init__(self) -> None:
         self.operations: dict[str, str] = {}
         self.declared: set[str] = set()
-        self.value_of_variable: dict[int, str] = {}
+        self.named: dict[int, str] = {}  # Values of variables, by their ids.
         self._values: dict[str, str] = {}
-        for i, variable in enumerate(variables):
-            place = self._line(f"getelementptr double, ptr %in, i64 {i}")
-            self.value_of_variable[variable.get_id()] = self._line(
-                f"load double, ptr {place}"
-            )
 
     def value(self, part: Any) -> str:
         """Returns the value of an expression, as an operand."""
@@ -187,7 +208,8 @@ class _Code:
         kind = part.get_kind()
         if kind == ExpressionKind.Var:
             (variable,) = part.GetVariables()
-            return self.value_of_variable[variable.get_id()]
+            number = variable.get_id()
+            return self.named.get(number, f"%u{number}")
         if kind == ExpressionKind.Constant:
             return _constant(part.Evaluate())
         _, operands = part.Unapply()

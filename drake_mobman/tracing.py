@@ -32,7 +32,7 @@ class Trace:
         self.laws.append(x)
         return Expression(variable)
 
-    def needed(self, results: Iterable[Scalar]) -> list[tuple[Variable, Expression]]:
+    def needed(self, results: Sequence[Scalar]) -> list[tuple[Variable, Expression]]:
         """Returns those named that results depend on, in order."""
         needed = {x.get_id() for result in results for x in variables_of(result)}
         found = []
@@ -42,6 +42,12 @@ class Trace:
                 needed |= {x.get_id() for x in law.GetVariables()}
                 found.append((name, law))
         return found[::-1]
+
+    def ids(self, results: Sequence[Scalar]) -> set[int]:
+        """Returns the ids of all variables that results depend on, named or not."""
+        pairs = [*self.needed(results)]
+        laws = [*results, *(law for _, law in pairs)]
+        return {x.get_id() for law in laws for x in variables_of(law)}
 
 
 def variables_of(x: Scalar) -> Iterable[Variable]:
