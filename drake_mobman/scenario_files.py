@@ -28,5 +28,16 @@ def robot_names() -> list[str]:
     return list(robot_paths())
 
 
+def about(path: Path) -> str:
+    """Returns what the comment at the top of a robot file says; empty without one."""
+    first, _, _ = path.read_text("utf-8").partition("\n")
+    return first.removeprefix("#").strip() if first.startswith("#") else ""
+
+
+def models_folder() -> Path:
+    """Returns the folder of the robots' own models, `package://drake_mobman`."""
+    return _folder() / "robots"
+
+
 def _folder() -> Path:
     return Path(str(resources.files("drake_mobman.scenarios")))

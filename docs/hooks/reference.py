@@ -1,4 +1,4 @@
-"""The scenarios reference, made from the dataclasses and their comments.
+"""References of scenarios and robot files, made from dataclasses and their comments.
 
 A field's comment is the one on its line, with its unit; the lines above it give the
 reason. Nothing is written down twice.
@@ -10,14 +10,18 @@ import inspect
 import re
 import typing
 from collections.abc import Iterator
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Any
 
+from drake_mobman.robots.file.contents import RobotFile
 from drake_mobman.scenario import AnyScenario
 from drake_mobman.schema import NOT_IN_YAML
 
-MARK = "<!-- scenarios reference -->"
-"""In the page, where the reference goes."""
+MARKS = {
+    "<!-- scenarios reference -->": AnyScenario,
+    "<!-- robot file reference -->": RobotFile,
+}
+"""In a page, where the reference of something goes."""
 
 
 @dc.dataclass
@@ -33,18 +37,22 @@ class Field:
 
 def on_page_markdown(text: str, **_: Any) -> str:
     """Returns a page's text with the reference in its place."""
-    return text.replace(MARK, reference()) if MARK in text else text
+    for mark, root in MARKS.items():
+        if mark in text:
+            text = text.replace(mark, reference(root))
+    return text
 
 
-def reference() -> str:
-    """Returns a section for each dataclass that a scenario is made of."""
-    return "\n\n".join(map(_section, classes()))
+def reference(root: Any = AnyScenario) -> str:
+    """Returns a section for each dataclass that something is made of."""
+    tagged = root is AnyScenario
+    return "\n\n".join(_section(owner, tagged) for owner in classes(root))
 
 
-def classes() -> list[type]:
-    """Returns every dataclass that a scenario may hold, the scenarios first."""
+def classes(root: Any = AnyScenario) -> list[type]:
+    """Returns every dataclass that something may hold, its own first."""
     found: list[type] = []
-    waiting = list(_dataclasses(AnyScenario))
+    waiting = list(_dataclasses(root))
     while waiting:
         each = waiting.pop(0)
         if each not in found:
@@ -68,9 +76,10 @@ def fields_of(owner: Any) -> list[Field]:
     ]
 
 
-def _section(owner: type) -> str:
+def _section(owner: type, tagged: bool) -> str:
     summary = (inspect.getdoc(owner) or "").strip()
-    lines = [f"### `!{owner.__name__}` {{ #{_anchor(owner)} }}", "", summary, ""]
+    name = f"`!{owner.__name__}`" if tagged else f"`{owner.__name__}`"
+    lines = [f"### {name} {{ #{_anchor(owner)} }}", "", summary, ""]
     fields = fields_of(owner)
     if fields:
         lines += ["| key | type | default | what it is |", "|---|---|---|---|"]
@@ -91,12 +100,16 @@ def _dataclasses(hint: Any) -> Iterator[type]:
 
 def _type(hint: Any) -> str:
     if isinstance(hint, UnionType) or typing.get_origin(hint) is typing.Union:
-        return " or ".join(map(_type, typing.get_args(hint)))
+        some = [each for each in typing.get_args(hint) if each is not NoneType]
+        return " or ".join(map(_type, some))
+    if typing.get_origin(hint) is dict:
+        return f"{_type(typing.get_args(hint)[1])} by name"
     if typing.get_origin(hint) is list:
         return f"list of {_type(typing.get_args(hint)[0])}"
     if dc.is_dataclass(hint):
         owner = typing.cast(type, hint)
-        return f"[`!{owner.__name__}`](#{_anchor(owner)})"
+        tag = "!" if owner in classes() else ""
+        return f"[`{tag}{owner.__name__}`](#{_anchor(owner)})"
     words = {float: "number", int: "whole number", str: "text", bool: "true or false"}
     return words.get(hint, str(hint))
 
@@ -106,10 +119,11 @@ def _default(field: Any) -> str:
     if field.default_factory is not dc.MISSING:
         made = field.default_factory()
         if dc.is_dataclass(made):
-            return f"`!{type(made).__name__}`"
+            tag = "!" if type(made) in classes() else ""
+            return f"`{tag}{type(made).__name__}`"
         return f"`{made!r}`" if not made else f"{len(made)} of them"
     if field.default is None:
-        return "the robot's own"
+        return "none" if "None" in str(field.type) else "the robot's own"
     if isinstance(field.default, bool):
         return f"`{str(field.default).lower()}`"
     return f"`{field.default}`" if field.default != "" else "empty"

@@ -17,6 +17,7 @@ from drake_mobman.cli.field import field
 from drake_mobman.cli.graph import graph
 from drake_mobman.cli.list import list_
 from drake_mobman.cli.messages import complain, say
+from drake_mobman.cli.robot import app as robot
 from drake_mobman.cli.run import run
 
 app = typer.Typer(
@@ -57,3 +58,6 @@ def mobman(
 app.command("list")(list_)
 for _command in (run, compare, bench, drive, graph, field):
     app.command()(_command)
+app.add_typer(
+    robot, name="robot", help="Robot files: checks, drafts, and scenarios that fit."
+)

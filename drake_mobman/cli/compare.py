@@ -7,9 +7,10 @@ import typer
 
 from drake_mobman.cli.loading import load_all
 from drake_mobman.cli.messages import complain, console, refuse, say_path
-from drake_mobman.cli.options import Overrides, Scenarios
+from drake_mobman.cli.options import MaybeScenarios, Overrides
 from drake_mobman.cli.progress import progress_bar
 from drake_mobman.cli.stopping import until_stopped
+from drake_mobman.cli.study import compare_over, completed_studies
 from drake_mobman.cli.table import print_metrics
 from drake_mobman.exit_status import DIED, INTERRUPTED
 
@@ -25,7 +26,7 @@ Kinds = dict[str, type]
 
 
 def compare(
-    scenarios: Scenarios,
+    scenarios: MaybeScenarios = [],  # noqa: B006 - typer makes a new list each time.
     decomposers: Annotated[
         str,
         typer.Option(
@@ -40,14 +41,28 @@ def compare(
             help="As in drake,mujoco: what steps the robot; alone, or with the above.",
         ),
     ] = "",
+    over: Annotated[
+        str,
+        typer.Option(
+            metavar="STUDY",
+            help="As in robots, a table with a row each; it may need no scenario.",
+            autocompletion=completed_studies,
+        ),
+    ] = "",
     out: Annotated[Path, typer.Option(help="Folder for the comparisons.")] = Path(
         "comparison"
     ),
     set_: Overrides = [],  # noqa: B006 - typer makes a new list each time.
 ) -> None:
-    """Compares decomposers or engines on scenarios, in a table and a figure."""
-    if not (decomposers or engine):
-        refuse("give --decomposers NAME,..., or --engine NAME,..., or both")
+    """Compares decomposers, engines or all that a study is over, in a table."""
+    if not (decomposers or engine or over):
+        refuse("give --decomposers NAME,..., --engine NAME,... or --over STUDY")
+    if over:
+        if decomposers or engine:
+            refuse("--over STUDY has its own decomposers and engines; give it alone")
+        compare_over(over, scenarios, set_, out)
+    if not scenarios:
+        refuse("give a SCENARIO to compare on")
 
     def work(stop: "Stop") -> int:
         from drake_mobman.report.comparison import COMPARISON

@@ -20,6 +20,15 @@ Scenarios = Annotated[
         metavar="SCENARIO", help=_SCENARIO, autocompletion=completed_scenarios
     ),
 ]
+MaybeScenarios = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="[SCENARIO]...",
+        help=_SCENARIO,
+        autocompletion=completed_scenarios,
+        show_default=False,
+    ),
+]
 Scenario = Annotated[
     str,
     typer.Argument(

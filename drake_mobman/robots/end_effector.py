@@ -7,9 +7,10 @@ import dataclasses as dc
 
 import numpy as np
 
+from drake_mobman.arm.chain import chain_of
+from drake_mobman.arm.shoulder import shoulder_of
 from drake_mobman.frames import body
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
-from drake_mobman.robot_model.model import moving_joints
 
 
 @dc.dataclass(frozen=True)
@@ -31,7 +32,7 @@ def ee_states(
 ) -> EndEffectorStates:
     """Returns the end effector's states, from the model's `MultibodyPlant`.
 
-    S is the origin of the arm's first joint, fixed to the body that carries the arm.
+    S is fixed to the base, where the plant has the shoulder in the first sample.
 
     Args:
         model: of the robot.
@@ -41,13 +42,13 @@ def ee_states(
     plant = model.plant
     context = plant.CreateDefaultContext()
     E = body(plant, "tool")
-    first = moving_joints(plant)[BASE_JOINTS].frame_on_parent()
-    carrier, p_CS = first.body(), first.GetFixedPoseInBodyFrame().translation()
+    B = body(plant, "base")
+    p_BS = shoulder_of(chain_of(plant), q[0, BASE_JOINTS:]).p_BS
     p_WE, p_WS, v_WE = np.zeros((3, len(q), 3))
     for k in range(len(q)):
         plant.SetPositions(context, q[k])
         p_WE[k] = plant.EvalBodyPoseInWorld(context, E).translation()
-        p_WS[k] = plant.EvalBodyPoseInWorld(context, carrier).multiply(p_CS)
+        p_WS[k] = plant.EvalBodyPoseInWorld(context, B).multiply(p_BS)
         if v is not None:
             plant.SetVelocities(context, v[k])
             V_WE = plant.EvalBodySpatialVelocityInWorld(context, E)

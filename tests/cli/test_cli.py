@@ -48,8 +48,12 @@ def files_in(folder):
     return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
 
 
-def test_list_names_every_scenario_with_one_line():
-    lines = mobman("list").stdout.splitlines()
+def test_list_names_every_scenario_and_robot_with_one_line():
+    scenarios, _, robots = mobman("list").stdout.partition("\n\n")
+    _, *lines = robots.splitlines()
+    assert {"tiago", "fetch", "so101"} < {line.split()[0] for line in lines}
+    assert all(len(line.split()) > 3 for line in lines)
+    lines = scenarios.splitlines()
     names = [line.split()[0] for line in lines]
     assert {"kwon_1", "kwon_2", "kwon_3", "kwon_4"} < set(names)
     assert {"kwon_arbitrary", "kwon_spatial"} < set(names)

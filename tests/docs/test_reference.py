@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_mobman.robots.file.contents import RobotFile
 from drake_mobman.scenario import AnyScenario
 
 HOOKS = Path(__file__).parent.parent.parent / "docs" / "hooks"
@@ -53,6 +54,15 @@ def test_every_field_is_on_the_page_with_a_comment(owner):
     assert names == keys
     bare = [row[0] for row in rows if not row[3].strip(" |")]
     assert not bare, f"no comment at {owner.__name__}: {bare}"
+
+
+def test_every_key_of_a_robot_file_is_on_its_page_with_a_comment():
+    page = REFERENCE.reference(RobotFile)
+    for owner in members(RobotFile):
+        section = page.partition(f"### `{owner.__name__}`")[2].partition("\n### ")[0]
+        rows = [x.split(" | ") for x in section.splitlines() if x.startswith("| `")]
+        assert [x[0].strip("| `") for x in rows] == [f.name for f in dc.fields(owner)]
+        assert all(row[3].strip(" |") for row in rows), owner.__name__
 
 
 def test_comment_on_the_line_comes_before_the_reason_above(tmp_path, monkeypatch):

@@ -56,6 +56,10 @@ TOOLS = Tool("ahead", (1.0, 0.0, 0.0)), Tool("down", (0.0, 0.0, -1.0))
 """What counts as level: the tool's axis is horizontal, or it is vertical."""
 
 
+TILTED = "tool in any direction"
+"""Source of a posture in which the tool is not level."""
+
+
 class _Found(NamedTuple):
     """A posture that a program has found."""
 
@@ -115,7 +119,7 @@ class _Search:
         for start in rng.uniform(low, high, (_STARTS, self.n)):
             q = self._solve(tool, start)
             if q is not None:
-                how = f"tool {tool.name}" if tool else "tool free"
+                how = f"tool {tool.name}" if tool else TILTED
                 yield _Found(self._score(q), q, f"optimised, {how}")
 
     def _solve(self, tool: Tool | None, start: Matrix) -> Matrix | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.limits import JointLimits
+from drake_mobman.arm.orientation import rotation_about_z
 from drake_mobman.robot_model import WorkspaceLimits
 from drake_mobman.robots.derive.derived import Derived
 from drake_mobman.robots.derive.ranges import Ranges
@@ -65,10 +66,12 @@ def reached(
     def is_good(place: np.ndarray) -> bool:
         q = np.array(arm.inverse(place))
         missed = np.abs(np.subtract(arm.ee_cylindrical(q), place)).max()
+        if arm.level:
+            tilt = arm.pose_and_jacobian(q)[0] - rotation_about_z(place[1])
+            missed = max(missed, np.abs(tilt).max())
         if missed > _MISSED or ranges.margin(q) < _MARGIN or arm.is_near_singular(q):
             return False
-        level = not arm.level or arm.is_in_reach(place)
-        return level and max(joint_shares(arm, limits, q, commands)) < _FAST
+        return max(joint_shares(arm, limits, q, commands)) < _FAST
 
     def ends(i: int, most: float) -> tuple[float, float]:
         def good(x: float) -> bool:

@@ -1,6 +1,5 @@
 """Drafts of robot files: what a model's joints are for, told from their geometry."""
 
-from drake_mobman.robots.draft.guess import Guess, guessed
-from drake_mobman.robots.draft.write import written
+from drake_mobman.robots.draft.draft import BASES, Mount, drafted
 
-__all__ = ["Guess", "guessed", "written"]
+__all__ = ["BASES", "Mount", "drafted"]

@@ -4,7 +4,7 @@ import dataclasses as dc
 from collections.abc import Sequence
 from typing import Any
 
-from drake_mobman.robots.draft.wheels import driven_wheels
+from drake_mobman.robots.draft.wheels import driven_wheels, wheel_speeds
 from drake_mobman.robots.file.contents import Gripper, RobotFile
 from drake_mobman.robots.file.loose import Loose
 from drake_mobman.robots.file.names import found
@@ -46,6 +46,10 @@ def guessed(contents: RobotFile, model: Loose) -> Guess:
     if wheels.left:
         contents = _with(contents, "base", wheels=wheels)
         why["base.wheels"] = "turn on and on about an axis across, in pairs"
+        limits = wheel_speeds(model, wheels, base)
+        if limits:
+            contents = _with(contents, "base", limits=limits)
+            why["base.limits"] = "speeds as fast as the wheels turn"
     else:
         contents = _with(contents, "base", frame=_name(frames, base))
         why["base.frame"] = "root of the model, which has no wheels that drive"

@@ -1,11 +1,15 @@
 """The wheels that drive, told from a model's joints."""
 
+import dataclasses as dc
+import math
 from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 
-from drake_mobman.robots.file.contents import DrivenWheels
+from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.derive.wheels import track, wheel_radius
+from drake_mobman.robots.file.contents import DrivenWheels, PlatformLimits
 from drake_mobman.robots.file.loose import Loose
 
 _ACROSS = 0.99
@@ -39,6 +43,36 @@ def driven_wheels(model: Loose, base: Any, taken: Collection[str]) -> DrivenWhee
     left = {name: p for name, p in places.items() if p[1] > 0 and _mirrored(p, places)}
     right = {name: p for name, p in places.items() if p[1] < 0 and _mirrored(p, places)}
     return DrivenWheels([*left], [*right])
+
+
+def wheel_speeds(
+    model: Loose, wheels: DrivenWheels, base: Any
+) -> PlatformLimits | None:
+    """Returns what a base can do as far as its wheels turn; None where all is usual.
+
+    Args:
+        model: as it comes.
+        wheels: that drive.
+        base: frame of the base.
+    """
+    joints, usual = model.parsed.joints, PlatformLimits()
+    left, right = ([joints[name] for name in x] for x in (wheels.left, wheels.right))
+    fastest = min(float(x.velocity_upper_limits()[0]) for x in (*left, *right))
+    try:
+        radius = wheel_radius(model.plant, model.inspector, model.context, left[0])
+    except ParameterError:
+        return None  # It has to be given.
+    speed = radius.value * fastest
+    if not 0 < speed < usual.speed:
+        return None
+    half = track(model.context, left, right, base).value / 2
+    yaw_rate = min(speed / half, usual.yaw_rate)
+    return dc.replace(usual, speed=_floor(speed), yaw_rate=_floor(yaw_rate))
+
+
+def _floor(x: float) -> float:
+    """Returns a number of two digits after the point, not larger."""
+    return math.floor(100.0 * x + 1e-6) / 100.0
 
 
 def _turns_on(joint: Any) -> bool:

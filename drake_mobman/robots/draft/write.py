@@ -41,7 +41,9 @@ def _lines(
         elif field.name in _NESTED:
             yield f"{indent}{field.name}:"
             for item in value:
-                yield f"{indent}  - {_flow(plain(item, type(item)))}"
+                first, *rest = _lines(item, type(item)(), {}, "", "")
+                yield f"{indent}  - {first}"
+                yield from (f"{indent}    {line}" for line in rest)
         else:
             text = f"{indent}{field.name}: {_flow(plain(value, field.type))}"
             yield from _commented(text, why.get(key), indent)

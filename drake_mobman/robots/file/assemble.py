@@ -8,12 +8,19 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint, SpatialInertia
 
 from drake_mobman.frames import INSTANCE
+from drake_mobman.robot_model.rolling import RollingBase
 from drake_mobman.robots.file.contents import PlatformLimits, RobotFile, limit_of
 from drake_mobman.robots.file.layout import Layout
 from drake_mobman.robots.file.loose import Loose
 from drake_mobman.robots.file.model import Shapes
 from drake_mobman.robots.file.parse import Mounted, Parsed, parse, take_away
 from drake_mobman.robots.file.placement import Placement
+from drake_mobman.robots.file.rolling import (
+    acting_track,
+    axis_in_base,
+    casters,
+    turned_ahead,
+)
 
 _BASE_EFFORT = {"x": 1000.0, "y": 1000.0, "theta": 500.0}
 """Largest of the base [N], [N m]: those of the built-in TIAGo base."""
@@ -47,6 +54,38 @@ class Assembly:
         base = self._add_base(plant, ours)
         parsed = self._add_model(plant, ours, base, turning=())
         return [ours, *parsed.instances]
+
+    def add_rolling_to(self, plant: Any) -> RollingBase:
+        """Adds the robot to a plant, its base free and its wheels turning.
+
+        Raises:
+            ParameterError: where its wheels do not roll ahead.
+        """
+        layout, loose = self._layout, self._loose
+        ours = plant.AddModelInstance(INSTANCE)
+        base = plant.AddRigidBody("base", ours, SpatialInertia.Zero())
+        parsed = self._add_model(plant, ours, base, turning=layout.wheels)
+        sides = []
+        for side, names in (("left", layout.left), ("right", layout.right)):
+            wheels = []
+            for i, name in enumerate(names):
+                key, axis = f"base.wheels.{side}[{i}]", axis_in_base(loose, name)
+                joint = turned_ahead(plant, parsed.joints[name], axis, key)
+                effort = parsed.efforts.get(name, 0.0) or np.inf
+                plant.AddJointActuator(name, joint, effort)
+                wheels.append(joint)
+            sides.append(tuple(wheels))
+        known = self._contents, loose, layout, self._placement
+        radius = self._placement.wheel_radius
+        assert radius is not None
+        return RollingBase(
+            instances=[ours, *parsed.instances],
+            left=sides[0],
+            right=sides[1],
+            wheel_radius=radius.value,
+            track=acting_track(*known),
+            casters=casters(*known),
+        )
 
     def _add_model(
         self, plant: Any, ours: Any, base: Any, turning: Sequence[str]

@@ -16,9 +16,10 @@ def summary(complaints: Sequence[str]) -> str:
     others = [each for each in complaints if each not in inertias]
     lines = []
     if inertias:
-        links = list(dict.fromkeys(each.partition(": ")[0] for each in inertias))
+        places = [each.partition(": ")[0].removeprefix("link ") for each in inertias]
+        links = list(dict.fromkeys(places))
         names = ", ".join(links[:_SHOWN]) + (", ..." if len(links) > _SHOWN else "")
-        lines.append(f"Drake replaces unphysical inertias, of {names}")
+        lines.append(f"Drake replaces unphysical inertias, those of {names}")
     if others:
         count = f", and {len(others) - 1} more" if len(others) > 1 else ""
         lines.append(f"Drake says of {others[0]}{count}")

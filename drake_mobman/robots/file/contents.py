@@ -103,7 +103,7 @@ class Platform:
     track: float | None = None  # Between the wheels on both sides [m]; derived.
     body_radius: float | None = None  # b_d, of a circle around the base [m]; derived.
     casters: list[Caster] = dc.field(default_factory=list)  # Derived.
-    limits: PlatformLimits = dc.field(default_factory=PlatformLimits)
+    limits: PlatformLimits = dc.field(default_factory=PlatformLimits)  # Of its drive.
 
     def check(self) -> None:
         """Raises `ParameterError` unless all that is given is in range."""
@@ -153,7 +153,7 @@ class ArmLimits:
 class Gripper:
     """The joints of a gripper, where it is open and where it is closed."""
 
-    joints: list[str] = dc.field(default_factory=list)
+    joints: list[str] = dc.field(default_factory=list)  # Those that follow no other.
     open: float = 0.0  # Of each joint [rad], [m].
     closed: float = 0.0  # Of each joint [rad], [m].
 
@@ -191,14 +191,14 @@ class RobotFile:
     model: str = ""  # URDF, SDFormat, MJCF or .dmd.yaml: a path or a package:// URI.
     packages: dict[str, str] = dc.field(default_factory=dict)  # Folders by name.
     parts: list[Part] = dc.field(default_factory=list)  # Welded on, in this order.
-    base: Platform = dc.field(default_factory=Platform)
+    base: Platform = dc.field(default_factory=Platform)  # What drives, and carries.
     # Joints that are kept where they are [rad], [m]; others that are neither of the arm
     # nor wheels are at 0, or the nearest in range.
     held: dict[str, float] = dc.field(default_factory=dict)
-    arm: Arm = dc.field(default_factory=Arm)
-    limits: ArmLimits = dc.field(default_factory=ArmLimits)
-    gripper: Gripper | None = None
-    workspace: Workspace = dc.field(default_factory=Workspace)
+    arm: Arm = dc.field(default_factory=Arm)  # What places the end effector.
+    limits: ArmLimits = dc.field(default_factory=ArmLimits)  # Of the arm's joints.
+    gripper: Gripper | None = None  # None where there is none that is to be moved.
+    workspace: Workspace = dc.field(default_factory=Workspace)  # Of the end effector.
     driver: dict[str, str] = dc.field(default_factory=dict)  # On hardware.
 
     def check(self) -> None:

@@ -94,7 +94,7 @@ def _text(path: Path) -> str:
 @functools.lru_cache(maxsize=16)
 def _described(path: Path, text: str) -> Described:
     contents = checked(load_typed(RobotFile, load_yaml(text)))
-    models = _models(contents, path.parent)
+    models = models_of(contents, path.parent)
     model = loose(models, contents.held)
     layout = lay_out(contents, model)
     placement = place(contents, model, layout)
@@ -108,7 +108,7 @@ def _stamps(files: Sequence[Path]) -> list[tuple[int, int]]:
     return [(status.st_mtime_ns, status.st_size) for status in there]
 
 
-def _models(contents: RobotFile, folder: Path) -> list[Mounted]:
+def models_of(contents: RobotFile, folder: Path) -> list[Mounted]:
     """Returns the models of a robot file, each where it goes."""
     packages = Packages(contents.packages, folder)
     packages.check()

@@ -3,8 +3,6 @@
 import functools
 import hashlib
 import importlib.util
-import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_mobman.files import new_file
-from drake_mobman.robots.file.points import triangles_of_stl
+from drake_mobman.robots.file.cache import cache_folder
+from drake_mobman.robots.file.points import triangles_of_stl, unit_of_collada
 from drake_mobman.scalars import Matrix
 
 DRAWN = {".obj", ".gltf", ".vtk"}
@@ -53,19 +52,20 @@ def _coloured(file: Path) -> Iterator[tuple[tuple[Matrix, Matrix], str]]:
     """Yields a file's meshes, points (N, 3) and faces (M, 3), with their colours."""
     import trimesh  # noqa: PLC0415 - an extra.
 
+    metre = unit_of_collada(file)
     loaded: list[Any] = trimesh.load_scene(file).dump()
     for mesh in loaded:
         colour = getattr(mesh.visual, "main_color", None)
         if colour is None:
             colour = mesh.visual.material.main_color
         rgba = " ".join(f"{x / 255:.3g}" for x in colour)
-        yield (np.asarray(mesh.vertices), np.asarray(mesh.faces)), rgba
+        yield (metre * np.asarray(mesh.vertices), np.asarray(mesh.faces)), rgba
 
 
 def _written(file: Path, part: str, points: Matrix, faces: Matrix) -> Path:
     """Returns an OBJ file of a mesh, from the cache or new."""
     digest = hashlib.sha256(file.read_bytes()).hexdigest()[:24]
-    written = _cache() / f"{digest}{part}.obj"
+    written = cache_folder() / f"{digest}{part}.obj"
     if not written.exists():
         points, index = np.unique(points.round(7), axis=0, return_inverse=True)
         lines = [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in points.tolist()]
@@ -74,17 +74,3 @@ def _written(file: Path, part: str, points: Matrix, faces: Matrix) -> Path:
         with new_file(written) as draft:
             draft.write_text("\n".join([*lines, ""]))
     return written
-
-
-@functools.cache
-def _cache() -> Path:
-    """Returns a folder to keep converted meshes in, for this user alone."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    folder = Path(home) / "drake_mobman" / "meshes"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass
-    return Path(tempfile.mkdtemp(prefix="drake_mobman_meshes_"))

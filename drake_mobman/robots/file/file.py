@@ -9,6 +9,7 @@ from drake_mobman.arm.jacobian_arm import JacobianArm
 from drake_mobman.arm.oriented_inverse import OrientedInverse
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import Reach, RobotModel, RobotSetup
+from drake_mobman.robot_model.rolling import RollingBase, no_wheels
 from drake_mobman.robots.file.described import Described, RobotFileError, described
 from drake_mobman.robots.file.resolved import Resolved, resolve
 
@@ -50,6 +51,17 @@ class File:
     def add_to(self, plant: Any) -> list[Any]:
         """Adds the robot to a plant; returns its model instances."""
         return self.described().assembly.add_to(plant)
+
+    def add_rolling_to(self, plant: Any) -> RollingBase:
+        """Adds the robot to a plant on its own wheels.
+
+        Raises:
+            ParameterError: where it has no wheels, or they do not roll ahead.
+        """
+        robot = self.described()
+        if not robot.layout.wheels:
+            raise no_wheels(self)
+        return robot.assembly.add_rolling_to(plant)
 
     def arm(self, plant: Any = None) -> JacobianArm:
         """Returns the arm's kinematics, by its Jacobian."""

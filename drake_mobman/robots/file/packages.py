@@ -9,9 +9,16 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from drake_mobman.parameters import ParameterError
+from drake_mobman.scenario_files import models_folder
 
 _URI = re.compile(r"""package:/{2,}([^/"'<>\s]+)(/[^"'<>]*)?""")
 """Some makers write three slashes."""
+
+_OURS = "drake_mobman"
+"""Package of the models that come with this one."""
+
+_EXTRAS = {"example-robot-data": "drake_mobman[robots]"}
+"""What brings a package, by its name, where it is an extra of ours."""
 
 _DEEPEST = 4
 """How many folders down from a search path a package may be."""
@@ -44,6 +51,8 @@ class Packages:
         """Returns the folder of a package; None where it is not found."""
         if name in self._given:
             return self._given[name]
+        if name == _OURS:
+            return models_folder()
         paths = (os.environ.get(key, "") for key in _VARIABLES)
         return _found(name, *paths)
 
@@ -64,6 +73,8 @@ def missing(uri: str) -> str:
     """Returns for a message what to do where the package of a URI is not found."""
     name = re.sub(r"^\w+:/{2,}", "", uri).partition("/")[0]
     how = f"packages: {{{name}: FOLDER}}, ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
+    if name in _EXTRAS:
+        return f"package {name} is not found; pip install '{_EXTRAS[name]}'"
     return f"package {name} is not found; name its folder by {how}, or pip install it"
 
 

@@ -33,6 +33,11 @@ def triangles_of_stl(file: Path) -> Matrix:
     return corners.reshape(-1, 3, 3)
 
 
+def unit_of_collada(file: Path) -> float:
+    """Returns the unit of a Collada file [m]."""
+    return _unit(_collada(file))
+
+
 @functools.lru_cache(maxsize=512)
 def _points(file: Path, _changed: int, _size: int) -> Matrix:
     kinds = {".stl": triangles_of_stl, ".obj": _of_obj, ".dae": _of_collada}
@@ -49,12 +54,21 @@ def _of_obj(file: Path) -> Matrix:
     return np.array([line.split()[1:4] for line in lines if line[:2] == "v "], float)
 
 
-def _of_collada(file: Path) -> Matrix:
+def _unit(root: ET.Element) -> float:
+    unit = root.find("asset/unit")
+    return float(unit.get("meter", 1.0)) if unit is not None else 1.0
+
+
+def _collada(file: Path) -> ET.Element:
+    """Returns the root of a Collada file, its tags without their namespace."""
     root = ET.parse(file).getroot()
     for x in root.iter():
         x.tag = x.tag.rpartition("}")[2]
-    unit = root.find("asset/unit")
-    metre = float(unit.get("meter", 1.0)) if unit is not None else 1.0
+    return root
+
+
+def _of_collada(file: Path) -> Matrix:
+    root = _collada(file)
     meshes = {f"#{x.get('id')}": _positions(x) for x in root.iter("geometry")}
     placed = [
         meshes[url] @ X[:3, :3].T + X[:3, 3]
@@ -62,7 +76,7 @@ def _of_collada(file: Path) -> Matrix:
         for url, X in _instances(scene, np.eye(4))
         if url in meshes
     ]
-    return metre * np.concatenate(placed or list(meshes.values()))
+    return _unit(root) * np.concatenate(placed or list(meshes.values()))
 
 
 def _positions(geometry: ET.Element) -> Matrix:

@@ -2,11 +2,13 @@
 
 import dataclasses as dc
 import difflib
+import functools
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from drake_mobman.files import read_file
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robots.file.directives import directives_model
 from drake_mobman.robots.file.mjcf import mjcf_model
 from drake_mobman.robots.file.model import Model
 from drake_mobman.robots.file.packages import Packages, missing, package_names
@@ -20,13 +22,16 @@ _FORMATS = {"robot": urdf_model, "sdf": sdf_model, "mujoco": mjcf_model}
 """By the tag at the top."""
 
 
-def read_model(uri: str, packages: Packages, folder: Path) -> Model:
+def read_model(
+    uri: str, packages: Packages, folder: Path, above: tuple[Path, ...] = ()
+) -> Model:
     """Returns a model.
 
     Args:
         uri: of its file: `package://NAME/...` or a path.
         packages: that the model may refer to.
         folder: that a relative path starts from.
+        above: files of directives that it is part of.
 
     Raises:
         ParameterError: with the key `model`, where it cannot be used.
@@ -39,10 +44,11 @@ def read_model(uri: str, packages: Packages, folder: Path) -> Model:
     named = {name: packages.folder(name) for name in package_names(f"{uri}\n{text}")}
     known = {name: folder for name, folder in named.items() if folder is not None}
     if path.suffix in {".yaml", ".yml"}:
-        unknown = next((name for name in named if name not in known), None)
-        if unknown is not None:
-            raise ParameterError("model", uri, missing(unknown))
-        return Model(path, "dmd.yaml", lambda _: text, packages=known)
+        if path in above:
+            raise ParameterError("model", uri, "must not be part of itself")
+        inner = functools.partial(read_model, above=(*above, path))
+        model = directives_model(text, path, packages, inner)
+        return dc.replace(model, packages=known)
     root = _root(uri, text)
     if root.tag not in _FORMATS:
         valid = "must begin with <robot>, <sdf> or <mujoco>, or end in .dmd.yaml"

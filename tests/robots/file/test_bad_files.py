@@ -388,3 +388,42 @@ def test_command_line_says_so_and_writes_nothing(folder, kind, capfd):
     assert valid in line
     assert told.out == ""
     assert not out.exists()
+
+
+def load(folder):
+    """Returns the line that the scenario is refused with."""
+    with pytest.raises(ScenarioError) as refusal:
+        load_scenario(folder.path / "drive.yaml")
+    return str(refusal.value)
+
+
+def test_directives_that_hold_themselves_are_refused(folder):
+    text = "directives:\n- add_directives: {file: small.dmd.yaml}\n"
+    folder.write("small.dmd.yaml", text)
+    folder.change(ROBOT, "small.urdf", "small.dmd.yaml")
+    assert "model: 'small.dmd.yaml' is not valid; must not be part of it" in load(
+        folder
+    )
+
+
+def test_two_models_in_one_file_are_refused(folder):
+    models = "".join(f'<model name="{x}"><link name="a"/></model>' for x in "ab")
+    folder.write("small.sdf", f'<sdf version="1.9">{models}</sdf>')
+    folder.change(ROBOT, "small.urdf", "small.sdf")
+    assert "it holds 2 models, and must hold one" in load(folder)
+
+
+def test_binary_file_is_refused(folder):
+    (folder.path / URDF).write_bytes(bytes(range(256)))
+    assert "model: 'small.urdf' is not valid; must be text; it is bina" in load(folder)
+
+
+def test_robot_file_as_its_own_model_is_refused(folder):
+    folder.change(ROBOT, "small.urdf", ROBOT)
+    assert "model: 'small.robot.yaml' is not valid; Drake says: " in load(folder)
+
+
+def test_included_file_that_is_missing_is_refused(folder):
+    folder.write("small.xml", '<mujoco><include file="arm.xml"/></mujoco>')
+    folder.change(ROBOT, "small.urdf", "small.xml")
+    assert "it includes arm.xml; No such file or directory" in load(folder)

@@ -1,0 +1,49 @@
+"""Robots that come with the package, each with scenarios fitted to it."""
+
+import dataclasses as dc
+
+from drake_mobman.analysis.compare import decomposers_by_name, with_each
+from drake_mobman.analysis.studies.study import Column, metric, ratio
+from drake_mobman.parameters import ParameterError, checked
+from drake_mobman.robots.file import File
+from drake_mobman.scenario import AnyScenario, ScenarioError
+from drake_mobman.scenario.fitted import fitted_guided, fitted_teleop
+from drake_mobman.scenario_files import robot_paths
+
+_EXACT, _BLENDING = (
+    metric(name, "ee_error_rms", 1e3) for name in ("exact", "blending")
+)
+
+
+@dc.dataclass(frozen=True)
+class Robots:
+    """Each robot driven by the same stick, decomposed exactly and blended; and led."""
+
+    name: str = "robots"
+    help: str = "each robot of the package, driven by a stick and led by hand"
+    own: bool = True
+    columns: tuple[Column, ...] = (
+        Column("exact", "mm/s", _EXACT),
+        Column("blending", "mm/s", _BLENDING),
+        Column("ratio", "", ratio(_BLENDING, _EXACT)),
+        Column("hand force", "N", metric("guided", "hand_force_max")),
+        Column("hand error", "cm", metric("guided", "hand_error_max", 1e2)),
+    )
+
+    def rows(self, _: AnyScenario | None) -> dict[str, dict[str, AnyScenario]]:
+        """Returns the scenarios of each robot whose model is installed."""
+        return {name: fitted(File(str(path))) for name, path in robot_paths().items()}
+
+
+def fitted(robot: File) -> dict[str, AnyScenario]:
+    """Returns the scenarios of a robot: driven exactly, blended, and led by hand.
+
+    Raises:
+        ScenarioError: where one does not fit.
+    """
+    chosen = {name: decomposers_by_name()[name] for name in ("exact", "blending")}
+    try:
+        guided = checked(fitted_guided(robot))
+        return {**with_each(fitted_teleop(robot), chosen), "guided": guided}
+    except ParameterError as error:
+        raise ScenarioError(str(error)) from None
