@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from pydrake.multibody.plant import MultibodyPlant
 
 from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.base.velocity_field import VelocityField
@@ -24,6 +25,7 @@ from drake_mobman.figures.style import (
     new_figure,
 )
 from drake_mobman.frames import frame
+from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import Reach, RobotDescription, WorkspaceLimits
 from drake_mobman.robot_model.model import BASE_JOINTS, moving_joints
 from drake_mobman.robots.defaults import Start, default_of
@@ -57,8 +59,8 @@ class Drawn(NamedTuple):
 def draw_robot(robot: RobotDescription, name: str = "") -> Figure:
     """Draws a robot at its start, from the right and from above.
 
-    With the axes of its joints, S, T and E, the workspace of E, and the edges of the
-    field's zones for T.
+    With the axes of its joints, S, T and E, the workspace of E, the edges of the
+    field's zones for T, and the wheels and casters that it rolls on, if any.
 
     Args:
         robot: to draw.
@@ -78,6 +80,7 @@ def draw_robot(robot: RobotDescription, name: str = "") -> Figure:
     _draw_zones(top, drawn, float(drawn.arm.p_BT(_arm_of(drawn.q))[2]))
     side.axhline(0.0, color="0.3", lw=1.2, zorder=0)
     _draw_workspace(top, drawn)
+    _draw_wheels(top, robot)
     _draw_reach(side, drawn)
     for axes, up, letter in ((side, "z", "a"), (top, "y", "b")):
         label_axes(axes, "x [m]", f"{up} [m]", letter)
@@ -168,6 +171,29 @@ def _draw_workspace(axes: Axes, drawn: Drawn) -> None:
     ring += shoulder
     axes.fill(*ring.T, color=END_EFFECTOR, alpha=0.15, zorder=1)
     axes.plot(*ring.T, color=END_EFFECTOR, lw=0.9, label="workspace of $E$")
+
+
+def _draw_wheels(axes: Axes, robot: RobotDescription) -> None:
+    """Draws the driven wheels and the casters, from above."""
+    plant, add = MultibodyPlant(0.0), getattr(robot, "add_rolling_to", None)
+    if add is None:
+        return
+    try:
+        rolling = add(plant)
+    except ParameterError:
+        return  # It has none.
+    plant.Finalize()
+    context, base = plant.CreateDefaultContext(), frame(plant, "base")
+    half = rolling.wheel_radius * np.array([-1.0, 1.0])
+    for joint in (*rolling.left, *rolling.right):
+        x, y, _ = joint.frame_on_child().CalcPose(context, base).translation()
+        look: dict[str, Any] = {"color": BASE, "lw": 3.5, "alpha": 0.6, "zorder": 2}
+        axes.plot(x + half, [y, y], **look, gid="wheel")
+    angle = np.linspace(0.0, 2 * math.pi, 33)
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    for caster in rolling.casters:
+        at = [caster.x, caster.y] + caster.radius * ring
+        axes.plot(*at.T, color=BASE, lw=0.9, zorder=2, gid="caster")
 
 
 def _draw_reach(axes: Axes, drawn: Drawn) -> None:

@@ -5,6 +5,8 @@ import pytest
 
 from drake_mobman.figures.robot import draw_robot
 from drake_mobman.robots import FrankaTiago, Spatial
+from drake_mobman.robots.file import File
+from drake_mobman.scenario_files import robot_paths
 
 
 def legend(figure):
@@ -33,3 +35,12 @@ def test_every_joint_has_its_axis():
     axes = [x for x in side.lines if x.get_label() == "joints' axes"]
     assert len(axes) == 7
     assert {"reach, $r_f$", "body, $b_d$"} <= set(legend(side.figure))
+
+
+def test_wheels_and_casters_are_where_the_robot_rolls_on_them():
+    _, top = draw_robot(File(str(robot_paths()["fetch"])), "fetch").axes
+    wheels = [x.get_xydata() for x in top.lines if x.get_gid() == "wheel"]
+    middles = np.array(sorted(tuple(x.mean(axis=0)) for x in wheels))
+    assert middles == pytest.approx(np.array([[0, -0.18738], [0, 0.18738]]))
+    assert [np.ptp(x[:, 0]) for x in wheels] == pytest.approx([2 * 0.0605] * 2)
+    assert sum(x.get_gid() == "caster" for x in top.lines) == 4
