@@ -2,10 +2,11 @@
 
 A block is evaluated once on `Expression`s. The result goes into a
 `SymbolicVectorSystem` for each output port, behind ports of the same names, and common
-subexpressions go into systems before them.
+subexpressions go into systems before them. Laws that name what they work out, as those
+of an arm by its Jacobian, are too long for that: they become machine code.
 """
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,10 @@ from pydrake.systems.primitives import (
     SymbolicVectorSystem,
 )
 
+from drake_mobman.machine_block import MachineLaw, MachineState
+from drake_mobman.machine_code import machine_code
 from drake_mobman.subexpressions import Named, eliminate_common_subexpressions
+from drake_mobman.tracing import Trace, tracing
 
 
 def compiled(block: Any) -> Any:
@@ -36,17 +40,20 @@ def compiled(block: Any) -> Any:
     """
     try:
         # Numpy warns of expressions, as it takes them for invalid numbers.
-        with np.errstate(invalid="ignore"):
-            laws = _Laws(block)
+        with np.errstate(invalid="ignore"), tracing() as trace:
+            laws = _Laws(block, trace)
     except (AttributeError, RuntimeError, TypeError):
         return block  # It, or its update, does not work on Expressions.
-    return _Compiled(block, laws) if laws.outputs else block
+    if trace.laws and laws.are_all:
+        return _MachineCode(block, laws)
+    return _Compiled(block, laws) if laws.outputs and not trace.laws else block
 
 
 class _Laws:
     """A block's outputs and update as expressions of its inputs and its state."""
 
-    def __init__(self, block: Any) -> None:
+    def __init__(self, block: Any, trace: Trace) -> None:
+        self.trace = trace
         symbolic = block.ToSymbolic()
         context = symbolic.CreateDefaultContext()
         self.time = Variable("t")
@@ -57,15 +64,17 @@ class _Laws:
             variables = MakeVectorVariable(port.size(), f"u{i}_")
             self.inputs[port.get_name()] = variables
             port.FixValue(context, 1 * variables)
-        start = block.CreateDefaultContext().get_discrete_state()
-        start = start.value() if start.num_groups() else np.zeros(0)
+        state = block.CreateDefaultContext().get_discrete_state()
+        start = self.start = state.value() if state.num_groups() else np.zeros(0)
         self.state = MakeVectorVariable(len(start), "x")
         self.update: list[Any] = []
+        self.initialization: list[Any] = []
         if len(start):
             # Counted from the start: a SymbolicVectorSystem starts at zero.
             context.SetDiscreteState(self.state + start)
-            after = symbolic.EvalUniquePeriodicDiscreteUpdate(context).value()
-            self.update = list(after - start)
+            if _is_updated(block):
+                after = symbolic.EvalUniquePeriodicDiscreteUpdate(context).value()
+                self.update = list(after - start)
         self.outputs: dict[str, list[Any]] = {}
         for i in range(block.num_output_ports()):
             port = symbolic.get_output_port(i)
@@ -74,15 +83,31 @@ class _Laws:
             except (AttributeError, RuntimeError, TypeError):
                 continue  # It uses a model that takes no Expressions.
 
-        used = [set(_used(law, self.inputs)) for law in self.outputs.values()]
+        self.are_all = len(self.outputs) == block.num_output_ports()
+        if len(start):
+            symbolic.ExecuteInitializationEvents(context)
+            begun = context.get_discrete_state_vector().CopyToVector() - start
+            same = zip(begun, self.state, strict=True)
+            if not all(x.EqualTo(1 * v) for x, v in same):
+                self.initialization = list(begun)
+        used = [set(self._used(law)) for law in self.outputs.values()]
         # Inputs of some outputs, but not of all.
         self.optional = set().union(*used) - set(self.inputs).intersection(*used)
+
+    def _used(self, law: Sequence[Any]) -> list[str]:
+        """Returns the names of the inputs that expressions use."""
+        ids = self.trace.ids(law)
+        return [
+            name
+            for name, variables in self.inputs.items()
+            if any(x.get_id() in ids for x in variables)
+        ]
 
     def outputs_alike(self) -> list[list[str]]:
         """Returns the outputs in groups, each with the same optional inputs."""
         alike: dict[Hashable, list[str]] = {}
         for name, law in self.outputs.items():
-            takes = self.optional.intersection(_used(law, self.inputs))
+            takes = self.optional.intersection(self._used(law))
             alike.setdefault(frozenset(takes), []).append(name)
         return list(alike.values())
 
@@ -101,6 +126,11 @@ _STATE = "the state"
 """A key beside the names of the inputs, which have no spaces."""
 
 
+def _is_updated(block: Any) -> bool:
+    """Returns whether a block has an update every period."""
+    return bool(block.GetUniquePeriodicDiscreteUpdateAttribute())
+
+
 class _Compiled(Diagram):
     """A block's laws, in systems of expressions; the block itself for the rest."""
 
@@ -112,7 +142,7 @@ class _Compiled(Diagram):
         if update:
             vectors[_STATE] = laws.state
         vectors |= {key: [n.variable for n in group] for key, group in groups.items()}
-        systems = _Systems(vectors, laws.time)
+        systems = _Systems(vectors, laws)
         kept: dict[str, Any] = {}
         if update:
             kept = {"state": laws.state, "dynamics": update}
@@ -137,13 +167,67 @@ class _Compiled(Diagram):
         systems.builder.BuildInto(self)
 
 
+class _MachineCode(Diagram):
+    """A block's laws, in systems of machine code."""
+
+    def __init__(self, block: Any, laws: _Laws) -> None:
+        super().__init__()
+        vectors: dict[Any, Any] = dict(laws.inputs)
+        if len(laws.state):
+            vectors[_STATE] = laws.state
+        systems = _Systems(vectors, laws)
+        alike = laws.outputs_alike()
+        results = [[x for name in names for x in laws.outputs[name]] for names in alike]
+        picks = [systems.picked(law) for law in results]
+        steps = laws.update, laws.initialization
+        for_steps = systems.picked([*laws.update, *laws.initialization], but=_STATE)
+        functions = machine_code(
+            laws.trace,
+            [
+                *zip(map(systems.variables, picks), results, strict=True),
+                *(
+                    ([*laws.state, *systems.variables(for_steps)], step)
+                    for step in steps
+                ),
+            ],
+        )
+        ports: dict[str, Any] = {}
+        for names, pick, law, found in zip(
+            alike, picks, functions, results, strict=False
+        ):
+            system = MachineLaw(law, len(systems.variables(pick)), len(found))
+            port = systems.add_fed(system, pick)
+            ports |= systems.split(port, {name: laws.outputs[name] for name in names})
+        if len(laws.state):
+            systems.add_fed(
+                MachineState(
+                    len(laws.state),
+                    len(systems.variables(for_steps)),
+                    functions[-2] if laws.update else None,
+                    functions[-1] if laws.initialization else None,
+                    block.period,
+                ),
+                for_steps,
+                _STATE,
+            )
+        for i in range(block.num_output_ports()):
+            name = block.get_output_port(i).get_name()
+            systems.builder.ExportOutput(ports[name], name)
+        systems.connect(laws.inputs)
+        systems.builder.BuildInto(self)
+
+
+Pick = dict[Hashable, list[int]]
+"""Indices of elements, by the key of their vector."""
+
+
 class _Systems:
     """Systems of expressions, each connected only to what it uses."""
 
-    def __init__(self, vectors: Mapping[Hashable, Any], time: Any) -> None:
+    def __init__(self, vectors: Mapping[Hashable, Any], laws: _Laws) -> None:
         self.builder = DiagramBuilder()
         self._vectors = vectors
-        self._time = time
+        self._time, self._trace = laws.time, laws.trace
         self._sources: dict[Hashable, Any] = {}  # Output port of each vector.
         self._wires: list[
             tuple[Any, Hashable]
@@ -157,25 +241,34 @@ class _Systems:
             own: key of the vector that this is.
             keep: state, dynamics and period of a system with a state.
         """
-        ids = {
-            v.get_id()
-            for e in (*law, *keep.get("dynamics", []))
-            for v in e.GetVariables()
-        }
-        if self._time.get_id() in ids:
+        every = [*law, *keep.get("dynamics", [])]
+        if self._time.get_id() in self._trace.ids(every):
             keep["time"] = self._time
-        chosen = {
+        pick = self.picked(every, but=_STATE if "state" in keep else None)
+        inputs = self.variables(pick)
+        system = SymbolicVectorSystem(input=inputs, output=law, **keep)
+        return self.add_fed(system, pick, own)
+
+    def picked(self, laws: list[Any], but: Hashable = None) -> Pick:
+        """Returns the elements that laws depend on, but of one vector."""
+        ids = self._trace.ids(laws)
+        found = {
             key: [i for i, v in enumerate(vector) if v.get_id() in ids]
             for key, vector in self._vectors.items()
-            if key != _STATE or "state" not in keep
+            if key != but
         }
-        chosen = {key: elements for key, elements in chosen.items() if elements}
-        every = [
-            self._vectors[key][i] for key, elements in chosen.items() for i in elements
+        return {key: elements for key, elements in found.items() if elements}
+
+    def variables(self, pick: Pick) -> list[Any]:
+        """Returns the variables of elements."""
+        return [
+            self._vectors[key][i] for key, elements in pick.items() for i in elements
         ]
-        system = SymbolicVectorSystem(input=every, output=law, **keep)
+
+    def add_fed(self, system: Any, pick: Pick, own: Hashable = None) -> Any:
+        """Adds a system whose input is some elements; as `add`."""
         self.builder.AddSystem(system)
-        self._feed(system, chosen)
+        self._feed(system, pick)
         self._sources[own] = system.get_output_port()
         return system.get_output_port()
 
@@ -207,6 +300,10 @@ class _Systems:
     def add_split(self, laws: Mapping[str, list[Any]], **keep: Any) -> dict[str, Any]:
         """Adds a system for one output or several; returns them by name."""
         port = self.add([e for law in laws.values() for e in law], **keep)
+        return self.split(port, laws)
+
+    def split(self, port: Any, laws: Mapping[str, list[Any]]) -> dict[str, Any]:
+        """Returns the parts of a port that has several outputs, by name."""
         if len(laws) == 1:
             return dict.fromkeys(laws, port)
         split = self.builder.AddSystem(Demultiplexer([len(e) for e in laws.values()]))
@@ -235,16 +332,6 @@ class _Systems:
         for end, key in self._wires:
             if key not in inputs:
                 self.builder.Connect(self._sources[key], end)
-
-
-def _used(law: Iterable[Any], vectors: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Returns those of the vectors of variables that the expressions use."""
-    ids = {v.get_id() for e in law for v in e.GetVariables()}
-    return {
-        key: vector
-        for key, vector in vectors.items()
-        if any(v.get_id() in ids for v in vector)
-    }
 
 
 def _grouped(names: list[Named], laws: _Laws) -> dict[Hashable, list[Named]]:

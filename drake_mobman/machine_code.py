@@ -6,6 +6,7 @@ The order of the operations is the Expression's, so results differ from it by no
 """
 
 import ctypes
+import re
 import struct
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -51,36 +52,52 @@ _FOLDED = {
 """Operations on several operands, and the constant that changes nothing."""
 
 
-class MachineCode:
-    """A law of some variables, as a function of numbers.
+Law = tuple[Sequence[Variable], Sequence[Scalar]]
+"""Variables, and results that depend on them."""
+
+
+class Function:
+    """A law as machine code.
 
     Args:
-        variables: of the law, in the order in which it takes numbers.
-        trace: what the law has named.
-        results: the law's results.
+        engine: has the machine code.
+        name: of the function in it.
+        num_inputs: numbers that it takes.
+        num_outputs: numbers that it returns.
+    """
+
+    def __init__(
+        self, engine: Any, name: str, num_inputs: int, num_outputs: int
+    ) -> None:
+        self._engine = engine  # Else the code would be freed.
+        kind = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+        self._call = kind(engine.get_function_address(name))
+        self._numbers = ctypes.c_double * num_inputs
+        self._results = ctypes.c_double * num_outputs
+
+    def __call__(self, numbers: Sequence[float]) -> Any:
+        """Returns an array of ctypes, which numpy can read."""
+        results = self._results()
+        self._call(self._numbers(*numbers), results)
+        return results
+
+
+def machine_code(trace: Trace, laws: Sequence[Law]) -> list[Function]:
+    """Returns laws as functions of numbers.
+
+    Args:
+        trace: what the laws have named.
+        laws: for each its variables, in the order in which it takes numbers, and its
+            results.
 
     Raises:
         TypeError: where an expression has an operation that is not known here.
     """
-
-    def __init__(
-        self, variables: Sequence[Variable], trace: Trace, results: Sequence[Scalar]
-    ) -> None:
-        text = _assembly(variables, trace, results)
-        self._engine, address = _loaded(text)
-        self._call = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
-        self._in = ctypes.c_double * len(variables)
-        self._out = ctypes.c_double * len(results)
-
-    def __call__(self, numbers: Sequence[float]) -> Any:
-        """Returns the law's results as an array of ctypes, which numpy takes as it is.
-
-        Args:
-            numbers: for all variables.
-        """
-        results = self._out()
-        self._call(self._in(*numbers), results)
-        return results
+    engine = _loaded(_assembly(trace, laws))
+    return [
+        Function(engine, f"law{i}", len(variables), len(results))
+        for i, (variables, results) in enumerate(laws)
+    ]
 
 
 class FastLaw:
@@ -100,7 +117,7 @@ class FastLaw:
 
     def __init__(self, law: Callable[..., list[Scalar]], *sizes: int) -> None:
         self._law, self._sizes = law, sizes
-        self._code: MachineCode | None = None
+        self._code: Function | None = None
 
     def __call__(self, *vectors: Vector) -> list[Scalar]:
         """Returns the results of the law."""
@@ -110,7 +127,7 @@ class FastLaw:
         except TypeError:  # Not floats.
             return self._law(*vectors)
 
-    def _compiled(self) -> MachineCode:
+    def _compiled(self) -> Function:
         variables = [
             [Variable(f"u{i}_{j}") for j in range(size)]
             for i, size in enumerate(self._sizes)
@@ -118,44 +135,71 @@ class FastLaw:
         with tracing() as trace:
             results = self._law(*([Expression(x) for x in v] for v in variables))
         every = [x for vector in variables for x in vector]
-        self._code = MachineCode(every, trace, results)
+        (self._code,) = machine_code(trace, [(every, results)])
         return self._code
 
 
-def _assembly(
-    variables: Sequence[Variable], trace: Trace, results: Sequence[Scalar]
+def _assembly(trace: Trace, laws: Sequence[Law]) -> str:
+    """Returns laws as text in LLVM's assembly language, as functions law0, law1 ..."""
+    code = _Code()
+    for name, named in trace.needed([result for _, law in laws for result in law]):
+        code.named[name.get_id()] = code.value(named)
+    functions = [
+        _function(f"law{i}", code, [x.get_id() for x in variables], law)
+        for i, (variables, law) in enumerate(laws)
+    ]
+    return "\n".join([*sorted(code.declared), *functions])
+
+
+def _function(
+    name: str, code: "_Code", variables: Sequence[int], law: Sequence[Scalar]
 ) -> str:
-    """Returns the law as text in LLVM's assembly language."""
-    code = _Code(variables)
-    for name, law in zip(trace.variables, trace.laws, strict=True):
-        code.value_of_variable[name.get_id()] = code.value(law)
-    stores = []
-    for i, result in enumerate(results):
-        stores += [
+    """Returns a function of those operations that a law needs.
+
+    Args:
+        name: of the function.
+        code: has the operations.
+        variables: their ids, in the order in which the law takes numbers.
+        law: results, which it stores.
+    """
+    results = list(map(code.value, law))
+    needed, operations = set(results), []
+    for value, operation in reversed(code.operations.items()):
+        if value in needed:
+            needed.update(_VALUE.findall(operation))
+            operations.append(f"{value} = {operation}")
+    loads = [
+        line
+        for i, variable in enumerate(variables)
+        if f"%u{variable}" in needed
+        for line in (
+            f"%i{i} = getelementptr double, ptr %in, i64 {i}",
+            f"%u{variable} = load double, ptr %i{i}",
+        )
+    ]
+    stores = [
+        line
+        for i, result in enumerate(results)
+        for line in (
             f"%o{i} = getelementptr double, ptr %out, i64 {i}",
-            f"store double {code.value(result)}, ptr %o{i}",
-        ]
-    lines = "\n  ".join([*code.lines, *stores])
-    declared = "\n".join(sorted(code.declared))
-    return (
-        f"{declared}\ndefine void @law(ptr %in, ptr %out) {{\n"
-        f"  {lines}\n  ret void\n}}\n"
-    )
+            f"store double {result}, ptr %o{i}",
+        )
+    ]
+    body = "\n  ".join([*loads, *reversed(operations), *stores])
+    return f"define void @{name}(ptr %in, ptr %out) {{\n  {body}\n  ret void\n}}\n"
+
+
+_VALUE = re.compile(r"%[uv]\d+")
 
 
 class _Code:
-    """Lines of assembly, each for an operation that no line before does."""
+    """Operations in order, each of which no other is like, by the value it gives."""
 
-    def __init__(self, variables: Sequence[Variable]) -> None:
-        self.lines: list[str] = []
+    def __init__(self) -> None:
+        self.operations: dict[str, str] = {}
         self.declared: set[str] = set()
-        self.value_of_variable: dict[int, str] = {}
+        self.named: dict[int, str] = {}  # Values of variables, by their ids.
         self._values: dict[str, str] = {}
-        for i, variable in enumerate(variables):
-            place = self._line(f"getelementptr double, ptr %in, i64 {i}")
-            self.value_of_variable[variable.get_id()] = self._line(
-                f"load double, ptr {place}"
-            )
 
     def value(self, part: Any) -> str:
         """Returns the value of an expression, as an operand."""
@@ -164,7 +208,8 @@ class _Code:
         kind = part.get_kind()
         if kind == ExpressionKind.Var:
             (variable,) = part.GetVariables()
-            return self.value_of_variable[variable.get_id()]
+            number = variable.get_id()
+            return self.named.get(number, f"%u{number}")
         if kind == ExpressionKind.Constant:
             return _constant(part.Evaluate())
         _, operands = part.Unapply()
@@ -189,7 +234,7 @@ class _Code:
     def _line(self, operation: str) -> str:
         if operation not in self._values:
             value = self._values[operation] = f"%v{len(self._values)}"
-            self.lines.append(f"{value} = {operation}")
+            self.operations[value] = operation
         return self._values[operation]
 
     def _folded(self, operation: str, neutral: float, operands: Sequence[Any]) -> str:
@@ -241,11 +286,11 @@ def _constant(x: float) -> str:
     return f"0x{struct.pack('>d', x).hex()}"
 
 
-def _loaded(text: str) -> tuple[Any, int]:
-    """Returns the machine code of a module, and the address of its law in it."""
+def _loaded(text: str) -> Any:
+    """Returns an engine that has the machine code of a module."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
-    return engine, engine.get_function_address("law")
+    return engine

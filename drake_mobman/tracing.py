@@ -5,7 +5,7 @@ twice, the tree doubles each time. So a law names its results. While it is trace
 name is a variable of its own; for floats and AutoDiffXd, it is nothing.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -32,6 +32,28 @@ class Trace:
         self.laws.append(x)
         return Expression(variable)
 
+    def needed(self, results: Sequence[Scalar]) -> list[tuple[Variable, Expression]]:
+        """Returns those named that results depend on, in order."""
+        needed = {x.get_id() for result in results for x in variables_of(result)}
+        found = []
+        pairs = zip(reversed(self.variables), reversed(self.laws), strict=True)
+        for name, law in pairs:
+            if name.get_id() in needed:
+                needed |= {x.get_id() for x in law.GetVariables()}
+                found.append((name, law))
+        return found[::-1]
+
+    def ids(self, results: Sequence[Scalar]) -> set[int]:
+        """Returns the ids of all variables that results depend on, named or not."""
+        pairs = [*self.needed(results)]
+        laws = [*results, *(law for _, law in pairs)]
+        return {x.get_id() for law in laws for x in variables_of(law)}
+
+
+def variables_of(x: Scalar) -> Iterable[Variable]:
+    """Returns the variables of an Expression; none of a number."""
+    return x.GetVariables() if type(x) is Expression else ()
+
 
 _trace: ContextVar[Trace | None] = ContextVar("trace", default=None)
 
@@ -53,6 +75,15 @@ def named(x: Scalar) -> Scalar:
         return x
     trace = _trace.get()
     return trace.name(x) if trace else x
+
+
+def also_named(x: Scalar) -> Scalar:
+    """Returns `x`, `named` in a law that has named something before.
+
+    A law that is short else stays whole, for Drake to evaluate without Python.
+    """
+    trace = _trace.get()
+    return trace.name(x) if trace and trace.laws and type(x) is Expression else x
 
 
 def all_named(xs: Sequence[Scalar]) -> list[Scalar]:

@@ -4,15 +4,17 @@ import functools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
+from drake_mobman import signals
 from drake_mobman.arm.closed_form_inverse import ClosedFormInverse
 from drake_mobman.arm.damped_inverse import DampedInverse
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
+from drake_mobman.arm.oriented_inverse import OrientedInverse
 from drake_mobman.base.smoother import CommandSmoother, Smoother
 from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.base.velocity_field import VelocityField, VelocityFieldController
@@ -35,6 +37,9 @@ ROUNDING = 1e-12
 
 DRIFT = 1e-9
 """Of a minute's 6,000 Euler steps, each with such a rounding."""
+
+MACHINE = 1e-9
+"""Of rates near a singularity, where inverses magnify what is rounded."""
 
 PERIOD = 0.01
 
@@ -161,10 +166,68 @@ def test_states_go_the_same_way_under_a_held_input(name):
     assert np.ptp(wanted) > 0.05
 
 
-def test_block_that_asks_a_multibody_plant_is_left_as_it_is():
+@functools.cache
+def arm_blocks(name):
+    """Returns a block of an arm by its Jacobian, and the same as machine code."""
+    setup = load_scenario("kwon_franka").setup()
+    arm, limits = setup.arm, setup.joint_limits
+    block = {
+        "exact": lambda: exact_decomposer("kwon_franka"),
+        "along its reach": lambda: DampedInverse(arm, limits, PERIOD),
+        "turning": lambda: OrientedInverse(arm, limits, PERIOD, "turning"),
+        "held": lambda: OrientedInverse(arm, limits, PERIOD, "held"),
+    }[name]()
+    quick = compiled(block)
+    assert quick is not block
+    return block, quick
+
+
+@settings(max_examples=30, deadline=None, phases=[Phase.generate])
+@given(data=st.data())
+@pytest.mark.parametrize("name", ["exact", "along its reach", "turning", "held"])
+def test_laws_of_a_jacobian_arm_are_the_same_as_machine_code(name, data):
     arm = FrankaTiago().arm()
-    block = DampedInverse(arm, RobotModel(FrankaTiago()).joint_limits, PERIOD)
-    assert compiled(block) is block
+    limits = RobotModel(FrankaTiago()).joint_limits
+    # Anywhere: at joints' ends, stretched or folded, and where the wrist gives way.
+    shares = data.draw(
+        st.lists(
+            st.one_of(st.sampled_from([0.0, 0.5, 1.0]), st.floats(0, 1)),
+            min_size=7,
+            max_size=7,
+        )
+    )
+    q = [
+        low + x * (high - low)
+        for low, high, x in zip(limits.lower, limits.upper, shares, strict=True)
+    ]
+    told = {signals.ARM_POSITION: q, signals.EE_CYLINDRICAL: arm.ee_cylindrical(q)}
+    numbers = st.floats(-0.5, 0.5)
+    found = []
+    blocks = arm_blocks(name)
+    block = blocks[0]
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        if port.get_name() not in told:
+            size = port.size()
+            told[port.get_name()] = data.draw(
+                st.lists(numbers, min_size=size, max_size=size)
+            )
+    for each in blocks:
+        context = each.CreateDefaultContext()
+        for port_name, value in told.items():
+            if each.HasInputPort(port_name):
+                each.GetInputPort(port_name).FixValue(context, value)
+        found.append(
+            np.concatenate(
+                [
+                    each.get_output_port(i).Eval(context)
+                    for i in range(each.num_output_ports())
+                ]
+            )
+        )
+    wanted, got = found
+    scale = max(1.0, np.abs(wanted).max())
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=MACHINE * scale)
 
 
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial"])

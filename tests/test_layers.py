@@ -18,6 +18,7 @@ LAYERS = (
             "subexpressions",
             "tracing",
             "machine_code",
+            "machine_block",
         ),
         *("meshcat", "terminal", "ticks"),
     ),

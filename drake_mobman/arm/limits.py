@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pydrake.math import sqrt
 
 from drake_mobman.scalars import Scalar, Vector, larger, largest, smaller, where
+from drake_mobman.tracing import also_named
 
 _SLACK = 1e-9
 """How far past its limit a joint may go [rad]: rounding must not lock it."""
@@ -69,11 +70,11 @@ def bounded_rates(
         factor_within(speeds, bounds)
         for bounds in (limits.velocity, end_rates(rates, q, limits, period))
     )
-    factor = smaller(by_rate, by_limit)
+    factor = also_named(smaller(by_rate, by_limit))
     status = where(by_rate < 1, float(ArmStatus.JOINT_RATE), 0.0) + where(
         by_limit < 1, float(ArmStatus.JOINT_LIMIT), 0.0
     )
-    return [factor * rate for rate in rates], status
+    return [also_named(factor * rate) for rate in rates], status
 
 
 def filled_rates(
@@ -99,9 +100,12 @@ def filled_rates(
     bounds = zip(limits.velocity, end_rates(extra, q, limits, period), strict=True)
     for rate, more, (fastest, towards_end) in zip(rates, extra, bounds, strict=True):
         room = smaller(fastest, towards_end) - where(more > 0, rate, -rate)
-        left.append(larger(room, _CREEP))
+        left.append(also_named(larger(room, _CREEP)))
     factor = factor_within([abs(more) for more in extra], left)
-    return [rate + factor * more for rate, more in zip(rates, extra, strict=True)]
+    return [
+        also_named(rate + factor * more)
+        for rate, more in zip(rates, extra, strict=True)
+    ]
 
 
 def braking_rate(room: Scalar, acceleration: float, period: float) -> Scalar:
@@ -118,12 +122,13 @@ def braking_rate(room: Scalar, acceleration: float, period: float) -> Scalar:
         acceleration: a that the joint brakes with [rad/s^2]; may be infinite.
         period: h for which a rate is held [s].
     """
+    room = also_named(room)
     last = larger(room / period, _CREEP)
     if math.isinf(acceleration):
         return last
     step = acceleration * period
     braking = sqrt(2 * acceleration * larger(room, 0.0)) - 0.5 * step
-    return where(2 * room > step * period, braking, last)
+    return also_named(where(2 * room > step * period, braking, last))
 
 
 def end_rates(
@@ -150,5 +155,7 @@ def factor_within(speeds: Vector, bounds: Vector) -> Scalar:
 
     A bound may be infinite.
     """
-    excess = [speed / bound for speed, bound in zip(speeds, bounds, strict=True)]
-    return 1.0 / largest(1.0, *excess)
+    excess = [
+        also_named(speed / bound) for speed, bound in zip(speeds, bounds, strict=True)
+    ]
+    return also_named(1.0 / largest(1.0, *excess))

@@ -26,7 +26,7 @@ from drake_mobman.scalars import (
     smoothstep,
     where,
 )
-from drake_mobman.tracing import all_named, named
+from drake_mobman.tracing import all_named, also_named, named
 
 _RESERVE = 0.98
 """Share of a joint's limits that is used. The arm's inverse works with positions, not
@@ -49,7 +49,7 @@ Factors = dict[DecomposerStatus, Scalar]
 
 def least(factors: Factors, q: Any) -> Scalar:
     """Returns the smallest factor; NaN where an angle in `q` (n,) is NaN."""
-    return smallest(*factors.values(), 1.0, made_of=tuple(q))
+    return also_named(smallest(*factors.values(), 1.0, made_of=tuple(q)))
 
 
 def status(*several: Factors) -> Scalar:
@@ -57,7 +57,7 @@ def status(*several: Factors) -> Scalar:
     flags = {flag: 0.0 for factors in several for flag in factors}
     for factors in several:
         for flag, s in factors.items():
-            flags[flag] = where(s < 1, float(flag), flags[flag])
+            flags[flag] = also_named(where(s < 1, float(flag), flags[flag]))
     return functools.reduce(operator.add, flags.values())
 
 
@@ -77,7 +77,7 @@ def factor_within(rate: Scalar, induced: Scalar, bound: Scalar) -> Scalar:
 def excess(rate: Scalar, induced: Scalar, bound: Scalar) -> Scalar:
     """Returns how many times too large `rate` is there; 0 for an infinite bound."""
     room = larger(bound + where(rate > 0, induced, -induced), _TINY)
-    return abs(rate) / room
+    return also_named(abs(rate) / room)
 
 
 def factor_by(*excesses: Scalar) -> Scalar:
@@ -85,7 +85,7 @@ def factor_by(*excesses: Scalar) -> Scalar:
 
     For Expressions, only `least` checks for NaN.
     """
-    return 1.0 / largest(1.0, *excesses, made_of=())
+    return also_named(1.0 / largest(1.0, *excesses, made_of=()))
 
 
 def _joint_factors(by_rate: Iterable[Scalar], by_limit: Iterable[Scalar]) -> Factors:
@@ -266,7 +266,7 @@ class Limiter:
             bound = larger(in_time, _SLIGHT)
             if math.isfinite(self.joint_limits.acceleration[i]):
                 bound = smaller(bound, self._towards_end(room, i))
-            found.append(speed / bound)
+            found.append(also_named(speed / bound))
         return found
 
     @property
