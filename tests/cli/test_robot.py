@@ -75,6 +75,7 @@ def test_check_prints_what_is_given_and_what_is_derived(drafted, tmp_path):
     assert "0.0985 m" in rows["wheel_radius"]
     assert "radius of" in rows["wheel_radius"]
     assert "given" in rows["track"]
+    assert "warning: limits: the model's acceleration limit is missing" in result.stderr
     assert {"B", "S", "T", "r_f", "posture", "l", "psi", "z", "field"} <= rows.keys()
     assert picture.read_bytes().startswith(b"\x89PNG")
 

@@ -25,6 +25,7 @@ def check(
     """Prints what a robot file gives and what is derived, with warnings."""
     from drake_mobman.parameters import ParameterError
     from drake_mobman.robots.file.facts import facts
+    from drake_mobman.robots.file.warnings import warnings
 
     if draw and draw.suffix != ".png":
         refuse(f"{draw}: must end in .png")
@@ -34,6 +35,8 @@ def check(
     except ParameterError as error:
         refuse(error)
     print_facts(name, known)
+    for line in warnings(robot.described(), robot.resolved()):
+        complain(f"warning: {line}")
     if draw:
         write_picture(robot, name, draw)
 
