@@ -1,5 +1,7 @@
 """The Franka arm on the TIAGo base: kinematics, dynamics, lengths and limits."""
 
+import xml.etree.ElementTree as ET
+
 import numpy as np
 import pinocchio
 import pytest
@@ -22,8 +24,11 @@ def robot():
 
 @pytest.fixture(scope="module")
 def other():
-    """The same URDF as Pinocchio reads it."""
-    return pinocchio.buildModelFromXML(FrankaTiago().urdf())
+    """The same URDF as Pinocchio reads it, its wheels held."""
+    robot = ET.fromstring(FrankaTiago().urdf())
+    for side in ("left", "right"):
+        robot.find(f"joint[@name='{side}_wheel']").set("type", "fixed")
+    return pinocchio.buildModelFromXML(ET.tostring(robot, encoding="unicode"))
 
 
 def random_states(model, count=50):
