@@ -127,6 +127,7 @@ class Guided(Scenario):
         first = self.hand.path[0]
         gap = math.dist((x, y, z), (first.x, first.y, first.z))
         if gap > _GRASP:
+            x, y, z = (round(float(each), 4) + 0.0 for each in (x, y, z))  # No -0.
             at_tool = f"x = {x:.4f}, y = {y:.4f}, z = {z:.4f}"
             valid = f"must be where the tool starts, {at_tool}, within {_GRASP:g} m"
             given = {"x": first.x, "y": first.y, "z": first.z}

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, SpatialInertia
 from pydrake.systems.analysis import Simulator
@@ -361,7 +360,7 @@ def test_free_arm_follows_a_hand_of_30_cm_a_second(way):
     assert peak_speed(params) == pytest.approx(0.3, rel=1e-6)
 
     plant = MultibodyPlant(STEP)
-    (robot,) = Parser(plant).AddModelsFromString(FrankaTiago().urdf(), "urdf")
+    (robot,) = FrankaTiago().add_to(plant)
     plant.set_gravity_enabled(robot, False)
     for name in model.arm_joints:
         plant.GetJointByName(name).set_default_damping(1.0)

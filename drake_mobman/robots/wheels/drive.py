@@ -23,7 +23,7 @@ class Drive:
     bandwidth: float = 0.0  # Of the motors, a lag of first order; 0: none [Hz].
     # True radius of the wheels on each side over the one that the controller knows.
     left_radius: float = 1.0
-    right_radius: float = 1.0
+    right_radius: float = 1.0  # The same on the right.
     track: float = 1.0  # The same of the track.
 
     def check(self) -> None:

@@ -34,7 +34,7 @@ class Sensors:
         within(self, Range(-10.0, 10.0, "rad/s"), "gyro_bias")
         within(self, Range(0.0, 10.0, "m/s"), "measured_noise")
         within(self, Range(0.0, 2.0, "s"), "measured_latency")
-        within(self, Range(0, 2**31), "seed")
+        within(self, Range(0, 1e8), "seed")
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless the latency is whole periods [s]."""
