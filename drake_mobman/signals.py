@@ -54,8 +54,8 @@ BASE_MEASURED = "base_measured"
 FLOOR_FORCE = "floor_force"
 """3: the floor's force on wheels and casters: where it acts, x, y in B [m]; up [N].
 
-That is the zero-moment point. Where it is at the edge of what the robot stands on, the
-robot begins to tip over.
+The mean of the period before, zero at the start. It acts at the zero-moment point:
+where that is at the edge of what the robot stands on, the robot begins to tip over.
 """
 
 GUARD_STATUS = "guard_status"

@@ -30,9 +30,10 @@ class TipMargin(Metric):
         if self._polygon is None:
             scenario: Any = window.run.scenario  # With a fidelity that has wheels.
             self._polygon = scenario.fidelity.support(scenario.robot)
-        x, y, up = window[signals.FLOOR_FORCE].T
-        inside = self._polygon.inside(np.stack([x, y], axis=1))
-        self._least = min(self._least, float(np.min(np.where(up > 0, inside, 0.0))))
+        # The force is the mean of the period before: at the start there was none.
+        x, y, up = window[signals.FLOOR_FORCE][window["time"] > 0].T
+        inside = np.where(up > 0, self._polygon.inside(np.stack([x, y], 1)), 0.0)
+        self._least = float(np.min(inside, initial=self._least))
 
     def numbers(self) -> dict[str, Any]:
         """Returns the least distance [m]."""

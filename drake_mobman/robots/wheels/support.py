@@ -5,7 +5,13 @@ from typing import Any
 import numpy as np
 from pydrake.symbolic import MakeVectorVariable, cos, if_then_else, sin
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import Multiplexer, SymbolicVectorSystem
+from pydrake.systems.primitives import (
+    DiscreteTimeIntegrator,
+    LinearSystem,
+    MatrixGain,
+    Multiplexer,
+    SymbolicVectorSystem,
+)
 
 from drake_mobman.robot_model.tipping import SupportPolygon
 from drake_mobman.robots.wheels.plant import RollingPlant
@@ -30,32 +36,48 @@ def support_polygon(made: RollingPlant) -> SupportPolygon:
     )
 
 
-def add_floor_force(builder: DiagramBuilder, made: RollingPlant) -> OutputPort:
+def add_floor_force(
+    builder: DiagramBuilder, made: RollingPlant, period: float
+) -> OutputPort:
     """Adds the signal `floor_force`, from the contact forces of the plant.
 
     They act on the six degrees of freedom of the base as one moment about B and one
-    force: the zero-moment point is where the force alone makes that moment.
+    force: the zero-moment point is where the force alone makes that moment. Both are
+    means over a period: what lasts for one step of the plant tips nothing over.
     """
     plant, floating = made.plant, made.floating
     instance = floating.model_instance()
     forces = plant.get_generalized_contact_forces_output_port(instance)
+    own = plant.GetVelocitiesFromArray(instance, np.arange(plant.num_velocities()))
+    at = own.tolist().index(floating.velocity_start())
+    select = builder.AddSystem(MatrixGain(np.eye(forces.size())[[at, at + 1, at + 5]]))
+    total = builder.AddSystem(DiscreteTimeIntegrator(3, plant.time_step()))
+    eye: Any = np.eye(3)
+    # The state is the total at the last tick: y = (u - x) / period.
+    mean = builder.AddSystem(
+        LinearSystem(0 * eye, eye, -eye / period, eye / period, period)
+    )
     state = plant.get_state_output_port()
-    both = builder.AddSystem(Multiplexer([state.size(), forces.size()]))
-    builder.Connect(state, both.get_input_port(0))
-    builder.Connect(forces, both.get_input_port(1))
-    told = MakeVectorVariable(state.size() + forces.size(), "u")
-    places = np.arange(plant.num_velocities())
-    own = plant.GetVelocitiesFromArray(instance, places).tolist()
-    at = state.size() + own.index(floating.velocity_start())
-    moment_x, moment_y, _, _, _, up = told[at : at + 6]
-    yaw = told[floating.position_start() + 2]
+    both = builder.AddSystem(Multiplexer([3, state.size()]))
+    told = MakeVectorVariable(3 + state.size(), "u")
+    moment_x, moment_y, up = told[:3]
+    yaw = told[3 + floating.position_start() + 2]
     held = if_then_else(up > _NO_FORCE, up, _NO_FORCE)
     x, y = -moment_y / held, moment_x / held
     c, s = cos(yaw), sin(yaw)
     output = [c * x + s * y, c * y - s * x, up]
     block = builder.AddSystem(SymbolicVectorSystem(input=told, output=output))
+    builder.Connect(forces, select.get_input_port())
+    builder.Connect(select.get_output_port(), total.get_input_port())
+    builder.Connect(total.get_output_port(), mean.get_input_port())
+    builder.Connect(mean.get_output_port(), both.get_input_port(0))
+    builder.Connect(state, both.get_input_port(1))
     builder.Connect(both.get_output_port(), block.get_input_port())
     return block.get_output_port()
+
+
+class TippedOverError(RuntimeError):
+    """A robot on wheels has fallen."""
 
 
 class Upright(LeafSystem):
@@ -72,7 +94,7 @@ class Upright(LeafSystem):
         period: between two looks [s].
 
     Raises:
-        RuntimeError: in a run, where the base leans too far.
+        TippedOverError: in a run, where the base leans too far.
     """
 
     def __init__(self, made: RollingPlant, period: float) -> None:
@@ -86,4 +108,4 @@ class Upright(LeafSystem):
         roll, pitch = self.state.Eval(context)[self._at : self._at + 2]
         if not max(abs(roll), abs(pitch)) < _LEANS:
             leans = f"its base rolls by {roll:.2g} and pitches by {pitch:.2g} rad"
-            raise RuntimeError(f"the robot tips over: {leans}")
+            raise TippedOverError(f"the robot tips over: {leans}")
