@@ -51,6 +51,13 @@ BASE_GYRO = "base_gyro"
 BASE_MEASURED = "base_measured"
 """3: v, v_y [m/s], omega [rad/s] of B as a tracker outside measures them."""
 
+FLOOR_FORCE = "floor_force"
+"""3: the floor's force on wheels and casters: where it acts, x, y in B [m]; up [N].
+
+The mean of the period before, zero at the start. It acts at the zero-moment point:
+where that is at the edge of what the robot stands on, the robot begins to tip over.
+"""
+
 GUARD_STATUS = "guard_status"
 """1: why the guard stops the command, a `GuardStatus`."""
 

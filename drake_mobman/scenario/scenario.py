@@ -95,6 +95,8 @@ class Scenario:
         check_workspace(self.workspace, self.start, setup)
         with below("smoother"):
             check_base(self.smoother, setup.model.base_limits)
+        if hasattr(self.fidelity, "check_upright"):
+            self.fidelity.check_upright(setup, self.start.z)
         self.check_fit(setup)
         whole = self.in_whole_steps()
         whole.build_all(dc.replace(setup, period=whole.period))

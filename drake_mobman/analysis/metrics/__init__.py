@@ -27,6 +27,7 @@ from drake_mobman.analysis.metrics.base_speed import BaseSpeed
 from drake_mobman.analysis.metrics.joint_speed import JointSpeed
 from drake_mobman.analysis.metrics.base_jerk import BaseJerk
 from drake_mobman.analysis.metrics.lateral_slip import LateralSlip
+from drake_mobman.analysis.metrics.tip_margin import TipMargin
 from drake_mobman.analysis.metrics.manipulability import Manipulability
 from drake_mobman.analysis.metrics.joint_margin import JointMargin
 from drake_mobman.analysis.metrics.step_time import StepTime

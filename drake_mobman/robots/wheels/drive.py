@@ -47,10 +47,15 @@ class Drive:
 def delayed(
     builder: DiagramBuilder, port: OutputPort, delay: float, step: float
 ) -> OutputPort:
-    """Returns a signal as it was `delay` [s] ago; zero in the beginning."""
+    """Returns a signal as it was `delay` [s] ago, whole steps; zero in the beginning.
+
+    At a step all is read before any is renewed: a block of no step is one step late.
+    """
     if not delay:
         return port
-    block = builder.AddSystem(DiscreteTimeDelay(step, round(delay / step), port.size()))
+    block = builder.AddSystem(
+        DiscreteTimeDelay(step, round(delay / step) - 1, port.size())
+    )
     builder.Connect(port, block.get_input_port())
     return block.get_output_port()
 

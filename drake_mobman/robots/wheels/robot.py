@@ -21,6 +21,7 @@ from drake_mobman.robot_model.plant_motion import PlantMotion
 from drake_mobman.robots.wheels.drive import delayed, lagged
 from drake_mobman.robots.wheels.plant import RollingPlant
 from drake_mobman.robots.wheels.sensors import encoder_rates, measured_motion
+from drake_mobman.robots.wheels.support import Upright, add_floor_force
 
 
 def make_rolling_robot(
@@ -40,7 +41,7 @@ def make_rolling_robot(
                       spatial_forces]
         output_ports: [base_pose, base_velocity, arm_position, arm_velocity,
                        ee_cylindrical, p_BT, base_odometry, base_gyro, base_measured,
-                       tool_position, tool_velocity, robot_state]
+                       tool_position, tool_velocity, floor_force, robot_state]
 
     Args:
         setup: of the robot; its period is a multiple of the plant's step to the last
@@ -63,6 +64,10 @@ def make_rolling_robot(
     _add_arm_sensor(builder, setup, made, psi)
     velocity = _add_base_outputs(builder, made)
     _add_measurements(builder, setup, params, made, velocity)
+    force = add_floor_force(builder, made, setup.period)
+    builder.ExportOutput(force, signals.FLOOR_FORCE)
+    upright = builder.AddNamedSystem("upright", Upright(made, setup.period))
+    builder.Connect(plant.get_state_output_port(), upright.get_input_port())
     tool = builder.AddNamedSystem("tool_sensor", ToolSensor(PlantMotion(plant)))
     builder.Connect(plant.get_state_output_port(), tool.get_input_port())
     for name in (signals.TOOL_POSITION, signals.TOOL_VELOCITY):

@@ -6,15 +6,18 @@ from typing import Any, ClassVar
 import numpy as np
 from pydrake.systems.framework import Diagram
 
-from drake_mobman.parameters import ParameterError, Range, checked, within
+from drake_mobman.parameters import OFFSET, ParameterError, Range, checked, within
 from drake_mobman.robot_model import RobotDescription, RobotSetup
 from drake_mobman.robot_model.rolling import RollingBase
+from drake_mobman.robot_model.tipping import SupportPolygon
 from drake_mobman.robots.wheels.drive import Drive
-from drake_mobman.robots.wheels.floor import Floor
+from drake_mobman.robots.wheels.floor import GRAVITY, Floor
 from drake_mobman.robots.wheels.plant import rolling_plant
 from drake_mobman.robots.wheels.robot import make_rolling_robot
 from drake_mobman.robots.wheels.sensors import Sensors
 from drake_mobman.robots.wheels.settle import standing
+from drake_mobman.robots.wheels.support import support_polygon
+from drake_mobman.robots.wheels.tip_limits import Footing, check_upright
 from drake_mobman.ticks import aligned, whole_steps
 
 
@@ -35,6 +38,9 @@ class Wheels:
     joint_damping: float = 1.0  # Of the arm's joints, where they are free [N m s].
     # At 0, a free arm that is released stays in its posture; else it goes to the start.
     joint_stiffness: float = 0.0  # Of the free joints, towards the start [N m/rad].
+    # Limits of base and reach that bring the zero-moment point nearer than this to the
+    # edge of what the robot stands on are refused [m].
+    tip_margin: float = 0.01
     floor: Floor = dc.field(default_factory=Floor)  # What it rolls on.
     drive: Drive = dc.field(default_factory=Drive)  # Of the wheels.
     sensors: Sensors = dc.field(default_factory=Sensors)  # Of the base's motion.
@@ -48,6 +54,7 @@ class Wheels:
         within(self, Range(0.01, 1e8, "N m s"), "arm_gain")
         within(self, Range(0.0, 1e4, "N m s"), "joint_damping")
         within(self, Range(0.0, 1e5, "N m/rad"), "joint_stiffness")
+        within(self, OFFSET, "tip_margin")
 
     def build(self, setup: RobotSetup, start: list[float]) -> Diagram:
         """Returns the robot as a diagram, its arm driven."""
@@ -82,6 +89,33 @@ class Wheels:
     def guided_plant(self, robot: RobotDescription) -> Any:
         """Returns the simulated plant alone, its arm free."""
         return rolling_plant(robot, self, free_arm=True).plant
+
+    def check_upright(self, setup: RobotSetup, z: float) -> None:
+        """Raises `ParameterError` where its limits let the robot tip over.
+
+        Args:
+            setup: of the robot, with its limits.
+            z: height of the end effector above the shoulder [m].
+        """
+        made = rolling_plant(setup.robot, self, free_arm=False)
+        plant, wheels = made.plant, {*made.wheel_q}
+        mass = plant.CalcTotalMass(plant.CreateDefaultContext())
+        thrust = sum(
+            plant.get_joint_actuator(i).effort_limit()
+            for i in plant.GetJointActuatorIndices()
+            if plant.get_joint_actuator(i).joint().position_start() in wheels
+        )
+        grip = min(
+            thrust / made.base.wheel_radius / mass, self.floor.friction * GRAVITY
+        )
+        footing = Footing(
+            support_polygon(made), self.floor.gravity_W(), grip, self.tip_margin
+        )
+        check_upright(setup, z, footing)
+
+    def support(self, robot: RobotDescription) -> SupportPolygon:
+        """Returns the polygon on which a robot stands."""
+        return support_polygon(rolling_plant(robot, self, free_arm=False))
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless step, delay and latency fit the period [s]."""

@@ -1,12 +1,10 @@
 """The robot at fidelity `wheels`: it rolls as it is told, held by its tyres alone."""
 
-import functools
 import math
 
 import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.analysis import Simulator
 
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robot_model import RobotModel, RobotSetup
@@ -33,58 +31,18 @@ AT_REST = 1e-6
 """[m/s], [rad/s]: of a robot that stands, also in its first tenth of a second."""
 
 
-class Bench:
-    """A robot on wheels that a test commands by hand."""
-
-    def __init__(self, wheels=None, start=START, *, free_arm=False):
-        wheels = wheels or Wheels()
-        make = wheels.build_guided if free_arm else wheels.build
-        self.diagram = make(RobotSetup.of(FrankaTiago(), PERIOD), start)
-        self.simulator = Simulator(self.diagram)
-        self.context = self.simulator.get_mutable_context()
-        self.plant = self.diagram.GetSubsystemByName("plant")
-        self.ticks = 0
-        self.command("base_command_smoothed", [0.0, 0.0])
-        if not free_arm:
-            self.command("arm_velocity_command", np.zeros(7))
-
-    @property
-    def plant_context(self):
-        return self.plant.GetMyContextFromRoot(self.context)
-
-    def command(self, port, value):
-        self.diagram.GetInputPort(port).FixValue(self.context, value)
-
-    def advance(self, ticks=1):
-        """Takes some control periods, to just before the next tick."""
-        self.ticks += ticks
-        self.simulator.AdvanceTo(self.ticks * PERIOD - 1e-4)
-
-    def read(self, port):
-        return self.diagram.GetOutputPort(port).Eval(self.context).copy()
-
-    def ramp(self, v, omega, seconds=0.5, hold=0.5):
-        """Drives up to a velocity and on."""
-        ticks = round(seconds / PERIOD)
-        for k in range(ticks):
-            share = (k + 1) / ticks
-            self.command("base_command_smoothed", [v * share, omega * share])
-            self.advance()
-        self.advance(round(hold / PERIOD))
-
-
-@functools.cache
-def on_an_arc():
-    """Returns a robot on an arc, its arm moving, and how it slid meanwhile [m/s]."""
-    bench = Bench()
-    bench.command("arm_velocity_command", 0.1 * np.cos(np.pi * np.arange(7)))
+@pytest.fixture(scope="module")
+def on_an_arc(bench):
+    """A robot on an arc, its arm moving, and how it slid meanwhile [m/s]."""
+    robot = bench()
+    robot.command("arm_velocity_command", 0.1 * np.cos(np.pi * np.arange(7)))
     slip = []
     for k in range(100):
         share = min((k + 1) / 50, 1.0)
-        bench.command("base_command_smoothed", [0.4 * share, 0.8 * share])
-        bench.advance()
-        slip.append(bench.read("base_velocity")[1])
-    return bench, np.array(slip)
+        robot.command("base_command_smoothed", [0.4 * share, 0.8 * share])
+        robot.advance()
+        slip.append(robot.read("base_velocity")[1])
+    return robot, np.array(slip)
 
 
 @pytest.mark.parametrize("free_arm", [False, True])
@@ -102,97 +60,97 @@ def test_its_ports_are_those_of_a_servo_robot_and_more(free_arm):
         return sizes
 
     measured = {"base_odometry": 2, "base_gyro": 1, "base_measured": 3}
-    truth = {"tool_position": 3, "tool_velocity": 3}
+    truth = {"tool_position": 3, "tool_velocity": 3, "floor_force": 3}
     assert ports(Wheels()) == ports(Servo()) | measured | truth
 
 
-def test_it_starts_where_it_is_told_and_at_rest():
-    bench = Bench()
-    np.testing.assert_allclose(bench.read("base_pose"), START[:3], atol=1e-12)
-    np.testing.assert_allclose(bench.read("arm_position"), POSTURE, atol=1e-12)
+def test_it_starts_where_it_is_told_and_at_rest(bench):
+    robot = bench()
+    np.testing.assert_allclose(robot.read("base_pose"), START[:3], atol=1e-12)
+    np.testing.assert_allclose(robot.read("arm_position"), POSTURE, atol=1e-12)
     for _ in range(10):
-        bench.advance()
-        assert np.abs(bench.read("base_velocity")).max() < AT_REST
-        assert np.abs(bench.read("arm_velocity")).max() < AT_REST
-        assert np.abs(bench.read("tool_velocity")).max() < AT_REST
+        robot.advance()
+        assert np.abs(robot.read("base_velocity")).max() < AT_REST
+        assert np.abs(robot.read("arm_velocity")).max() < AT_REST
+        assert np.abs(robot.read("tool_velocity")).max() < AT_REST
 
 
-def test_its_whole_weight_is_on_the_floor():
-    bench = Bench()
-    bench.advance(5)
-    port = bench.plant.get_contact_results_output_port()
-    found = port.Eval(bench.plant_context)
+def test_its_whole_weight_is_on_the_floor(bench):
+    robot = bench()
+    robot.advance(5)
+    port = robot.plant.get_contact_results_output_port()
+    found = port.Eval(robot.plant_context)
     forces = [
         found.point_pair_contact_info(i) for i in range(found.num_point_pair_contacts())
     ]
     up = sum(abs(info.contact_force()[2]) for info in forces)
-    mass = bench.plant.CalcTotalMass(bench.plant_context)
+    mass = robot.plant.CalcTotalMass(robot.plant_context)
     assert up == pytest.approx(9.81 * mass, rel=1e-4)
     assert len(forces) >= 3
 
 
-def test_base_follows_and_does_not_slide_while_the_arm_moves():
-    bench, slip = on_an_arc()
+def test_base_follows_and_does_not_slide_while_the_arm_moves(on_an_arc):
+    robot, slip = on_an_arc
     assert np.abs(slip).max() < SLIP
-    v, _, omega = bench.read("base_velocity")
+    v, _, omega = robot.read("base_velocity")
     assert v == pytest.approx(0.4, abs=FOLLOWS)
     assert omega == pytest.approx(0.8, abs=2 * FOLLOWS / TRACK)
 
 
 @pytest.mark.parametrize(("v", "omega"), [(0.5, 0.0), (-0.4, 0.0), (0.0, 1.0)])
-def test_base_follows_ahead_back_and_in_place(v, omega):
-    bench = Bench()
-    bench.ramp(v, omega)
-    forward, aside, turn = bench.read("base_velocity")
+def test_base_follows_ahead_back_and_in_place(bench, v, omega):
+    robot = bench()
+    robot.ramp(v, omega)
+    forward, aside, turn = robot.read("base_velocity")
     assert forward == pytest.approx(v, abs=FOLLOWS)
     assert turn == pytest.approx(omega, abs=2 * FOLLOWS / TRACK)
     assert abs(aside) < SLIP
 
 
-def test_odometry_is_that_of_wheels_that_turn():
-    bench, _ = on_an_arc()
+def test_odometry_is_that_of_wheels_that_turn(on_an_arc):
+    robot, _ = on_an_arc
     left, right = (
-        bench.plant.GetJointByName(f"{side}_wheel").get_angular_rate(
-            bench.plant_context
+        robot.plant.GetJointByName(f"{side}_wheel").get_angular_rate(
+            robot.plant_context
         )
         for side in ("left", "right")
     )
     expected = RADIUS * (left + right) / 2, RADIUS * (right - left) / TRACK
-    np.testing.assert_allclose(bench.read("base_odometry"), expected, rtol=1e-9)
-    assert bench.read("base_odometry") == pytest.approx((0.4, 0.8), abs=FOLLOWS)
+    np.testing.assert_allclose(robot.read("base_odometry"), expected, rtol=1e-9)
+    assert robot.read("base_odometry") == pytest.approx((0.4, 0.8), abs=FOLLOWS)
 
 
-def test_without_faults_gyroscope_and_tracker_measure_the_truth():
-    bench, _ = on_an_arc()
-    truth = bench.read("base_velocity")
-    np.testing.assert_array_equal(bench.read("base_measured"), truth)
-    np.testing.assert_array_equal(bench.read("base_gyro"), truth[2:])
+def test_without_faults_gyroscope_and_tracker_measure_the_truth(on_an_arc):
+    robot, _ = on_an_arc
+    truth = robot.read("base_velocity")
+    np.testing.assert_array_equal(robot.read("base_measured"), truth)
+    np.testing.assert_array_equal(robot.read("base_gyro"), truth[2:])
 
 
-def test_end_effector_is_where_a_robot_on_rails_would_have_it():
+def test_end_effector_is_where_a_robot_on_rails_would_have_it(on_an_arc):
     # On a good floor the base hardly leans.
-    bench, _ = on_an_arc()
+    robot, _ = on_an_arc
     model = RobotModel(FrankaTiago())
-    v, aside, omega = bench.read("base_velocity")
-    x, y, theta = bench.read("base_pose")
+    v, aside, omega = robot.read("base_velocity")
+    x, y, theta = robot.read("base_pose")
     c, s = math.cos(theta), math.sin(theta)
     rates = [c * v - s * aside, s * v + c * aside, omega]
     model.set_state(
-        [x, y, theta, *bench.read("arm_position")],
-        [*rates, *bench.read("arm_velocity")],
+        [x, y, theta, *robot.read("arm_position")],
+        [*rates, *robot.read("arm_velocity")],
     )
     np.testing.assert_allclose(
-        bench.read("tool_position"), model.p_W("tool"), atol=1e-3
+        robot.read("tool_position"), model.p_W("tool"), atol=1e-3
     )
     np.testing.assert_allclose(
-        bench.read("tool_velocity"), model.v_W("tool"), atol=1e-3
+        robot.read("tool_velocity"), model.v_W("tool"), atol=1e-3
     )
 
 
-def test_a_free_arm_stays_where_it_is_let_go():
-    bench = Bench(free_arm=True)
-    bench.advance(100)
-    np.testing.assert_allclose(bench.read("arm_position"), POSTURE, atol=1e-4)
+def test_a_free_arm_stays_where_it_is_let_go(bench):
+    robot = bench(free_arm=True)
+    robot.advance(100)
+    np.testing.assert_allclose(robot.read("arm_position"), POSTURE, atol=1e-4)
 
 
 def test_bodies_have_the_indices_that_forces_on_them_name():
@@ -212,9 +170,9 @@ def test_a_robot_without_wheels_is_refused_by_name():
         Wheels().build(setup, [0.0] * 3 + [0.5, -1.0])
 
 
-def test_same_commands_give_the_same_bits():
-    first, again = Bench(), Bench()
-    for bench in (first, again):
-        bench.ramp(0.4, 0.5, 0.1, 0.1)
+def test_same_commands_give_the_same_bits(bench):
+    first, again = bench(), bench()
+    for robot in (first, again):
+        robot.ramp(0.4, 0.5, 0.1, 0.1)
     for port in ("base_pose", "base_velocity", "tool_velocity", "base_odometry"):
         assert first.read(port).tobytes() == again.read(port).tobytes(), port
