@@ -181,8 +181,22 @@ def yaw_rate(phi: Scalar, params: Turning) -> Scalar:
     return params.K_omega * where(phi < 0, -gamma, gamma)
 
 
+def bearing(p_BT: Any, reach: Reach) -> Scalar:
+    """Returns the bearing of T [rad], in [-pi, pi]: 0 where it is ahead of the arm.
+
+    It is counted about the point beside B that is abreast of it and in line with the
+    shoulder. About B itself, the base would turn until an arm on its left reached over
+    to the right, and its first joint were near an end while T is straight ahead.
+
+    Args:
+        p_BT: position of T in B (3,) [m].
+        reach: of the arm.
+    """
+    return atan2(p_BT[1] - reach.aside, p_BT[0])
+
+
 def field_heading(
-    p_BT: Any, params: Turning, joint: FirstJoint | None
+    p_BT: Any, params: Turning, reach: Reach, joint: FirstJoint | None
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Returns the heading error phi [rad], omega [rad/s], and its scale in [0, 1].
 
@@ -192,9 +206,10 @@ def field_heading(
     Args:
         p_BT: position of T in B (3,) [m].
         params: how the base turns.
+        reach: of the arm.
         joint: the arm's first; None where it has no limits.
     """
-    phi = atan2(p_BT[1], p_BT[0])
+    phi = bearing(p_BT, reach)
     if joint is None:
         return phi, yaw_rate(phi, params), 1.0
     phi = unwound(phi, joint)
@@ -209,8 +224,8 @@ def field_velocity(
     """Returns v [m/s] and omega [rad/s] of the field at `p_BT` (3,) [m].
 
     Projected, v is multiplied by cos(phi): in whatever direction T is, the base does
-    not drive away from a far T or towards a near one (exact for a shoulder on B's z
-    axis). As printed, the base would circle about T while it unwinds the arm; so it
+    not drive away from a far T or towards a near one (exact for a shoulder abreast of
+    B). As printed, the base would circle about T while it unwinds the arm; so it
     turns on the spot until that is done.
 
     Args:
@@ -219,7 +234,7 @@ def field_velocity(
         reach: of the arm.
         joint: the arm's first; None where it has no limits.
     """
-    phi, omega, _ = field_heading(p_BT, params, joint)
+    phi, omega, _ = field_heading(p_BT, params, reach, joint)
     v = linear_velocity(*signed_distances(p_BT, reach, params.b_d), params)
     if params.law == "projected":
         v = v * cos(phi)
@@ -233,7 +248,7 @@ def field_zone(
 ) -> Scalar:
     """Returns the sum of the `Zone` flags that hold; arguments as `field_velocity`."""
     d_f, d_r = signed_distances(p_BT, reach, params.b_d)
-    phi, _, share = field_heading(p_BT, params, joint)
+    phi, _, share = field_heading(p_BT, params, reach, joint)
     forward = where(d_f < params.Delta_f, float(Zone.FORWARD), 0.0)
     linear = where(d_r < params.Delta_r, float(Zone.RETREAT), forward)
     aside = where(abs(phi) > params.phi_min, float(Zone.ROTATION), 0.0)
