@@ -118,7 +118,7 @@ def resolve(robot: Described) -> Resolved:
         body_radius=radius,
         smoother=base,
         guard=most,
-        field=field(reach.value, radius.value, nearest, base.value),
+        field=field(reach.value, radius.value, nearest, _height(arm), base.value),
         hand=hand(plant, at.value, _place(arm)),
     )
 
@@ -146,6 +146,11 @@ def _nearest(arm: JacobianArm, l: float) -> float:
     _, psi, z = arm.ee_cylindrical(arm.posture)
     x, y, _ = np.subtract(arm.p_BT(arm.inverse((l, psi, z))), arm.p_BS)
     return math.hypot(x, y)
+
+
+def _height(arm: JacobianArm) -> float:
+    """Returns how far T is above the shoulder at the posture [m]."""
+    return float(arm.p_BT(arm.posture)[2] - arm.p_BS[2])
 
 
 def _place(arm: JacobianArm) -> np.ndarray:
