@@ -18,7 +18,7 @@ from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
 from drake_mobman.guidance.guiding_hand import Hand
 from drake_mobman.robot_model import Reach, WorkspaceLimits
-from drake_mobman.robot_model.model import base_limits, joint_limits
+from drake_mobman.robot_model.model import BASE_JOINTS, base_limits, joint_limits
 from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.derive import Derived
 from drake_mobman.robots.derive.damping import damping
@@ -31,6 +31,7 @@ from drake_mobman.robots.derive.speeds import guard, smoother
 from drake_mobman.robots.derive.workspace import Reached, reached, workspace
 from drake_mobman.robots.file.described import Described
 from drake_mobman.robots.file.placement import GIVEN
+from drake_mobman.robots.file.rolling import acting_track
 from drake_mobman.teleop.guard import Guard
 
 _TRANSITION = 0.28
@@ -53,6 +54,7 @@ class Resolved:
     reached: Derived[Reached]  # How far E goes from the posture.
     workspace: Derived[WorkspaceLimits]
     body_radius: Derived[float]  # [m].
+    track: Derived[float] | None  # By which the base turns [m]; of one with wheels.
     smoother: Derived[Smoother]
     guard: Derived[Guard]
     field: Derived[VelocityField]
@@ -116,11 +118,20 @@ def resolve(robot: Described) -> Resolved:
         reached=far,
         workspace=_given(workspace(arm, far.value), given.workspace),
         body_radius=radius,
+        track=_track(robot, plant, at.value),
         smoother=base,
         guard=most,
         field=field(reach.value, radius.value, nearest, _height(arm), base.value),
         hand=hand(plant, at.value, _place(arm)),
     )
+
+
+def _track(robot: Described, plant: Any, posture: np.ndarray) -> Derived[float] | None:
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, np.append(np.zeros(BASE_JOINTS), posture))
+    centre = plant.CalcCenterOfMassPositionInWorld(context)[:2]
+    known = robot.contents, robot.loose, robot.layout, robot.placement
+    return acting_track(*known, centre)
 
 
 def _orientation(given: str, joints: int) -> Derived[str]:
