@@ -31,7 +31,8 @@ from drake_mobman.robots.derive.speeds import guard, smoother
 from drake_mobman.robots.derive.workspace import Reached, reached, workspace
 from drake_mobman.robots.file.described import Described
 from drake_mobman.robots.file.placement import GIVEN
-from drake_mobman.robots.file.rolling import acting_track
+from drake_mobman.robots.file.rolling import acting_track, footing
+from drake_mobman.robots.wheels.tip_limits import centres_of_mass, upright_limits
 from drake_mobman.teleop.guard import Guard
 
 _TRANSITION = 0.28
@@ -108,6 +109,8 @@ def resolve(robot: Described) -> Resolved:
     far = reached(arm, limits, ranges, most.value, r_f.value)
     radius = robot.placement.body_radius
     nearest = _nearest(arm, far.value.l[0])
+    within = _given(workspace(arm, far.value), given.workspace)
+    base = _upright(robot, arm, plant, within.value, base)
     return Resolved(
         plant=plant,
         orientation=turned,
@@ -116,14 +119,39 @@ def resolve(robot: Described) -> Resolved:
         arm=arm,
         reach=reach,
         reached=far,
-        workspace=_given(workspace(arm, far.value), given.workspace),
+        workspace=within,
         body_radius=radius,
         track=_track(robot, plant, at.value),
         smoother=base,
-        guard=most,
+        guard=guard(arm, limits, base.value),
         field=field(reach.value, radius.value, nearest, _height(arm), base.value),
         hand=hand(plant, at.value, _place(arm)),
     )
+
+
+def _upright(
+    robot: Described,
+    arm: JacobianArm,
+    plant: Any,
+    workspace: WorkspaceLimits,
+    base: Derived[Smoother],
+) -> Derived[Smoother]:
+    """Returns limits of the base's command by which a robot on wheels does not tip."""
+    if not robot.layout.wheels:
+        return base
+    known = robot.contents, robot.loose, robot.layout, robot.placement
+    z = float(arm.ee_cylindrical(arm.posture)[2])
+    centres = centres_of_mass(arm, plant, workspace, workspace.l_max, z)
+    limits = base.value.limits()
+    narrow = upright_limits(centres, limits, footing(*known))
+    if narrow == limits:
+        return base
+    changes = {
+        key: math.floor(1e3 * getattr(narrow, key)) / 1e3
+        for key in ("max_acceleration", "max_yaw_rate", "max_yaw_acceleration")
+    }
+    source = f"{base.source}; accelerations such that it does not tip over"
+    return Derived(dc.replace(base.value, **changes), source)
 
 
 def _track(robot: Described, plant: Any, posture: np.ndarray) -> Derived[float] | None:
