@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from drake_mobman.blocks import tickets
 from drake_mobman.machine_code import Function
 
 
@@ -19,12 +20,17 @@ class MachineLaw(LeafSystem):
 
     def __init__(self, law: Function, num_inputs: int, num_outputs: int) -> None:
         super().__init__()
-        read = self.DeclareVectorInputPort("u", num_inputs).Eval
+        port = self.DeclareVectorInputPort("u", num_inputs)
+        read = port.Eval
 
         def calc(context: Any, output: Any) -> None:
             output.SetFromVector(np.frombuffer(law(read(context).tolist())))
 
-        self.DeclareVectorOutputPort("y", num_outputs, calc)
+        # Not of time: else the value would be taken for outdated at each step.
+        needs = tickets(self, port)
+        self.DeclareVectorOutputPort(
+            "y", num_outputs, calc, prerequisites_of_calc=needs
+        )
 
 
 class MachineState(LeafSystem):

@@ -10,8 +10,7 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.symbolic import MakeVectorVariable, cos, sin
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import (
-    Demultiplexer,
-    Multiplexer,
+    ConstantVectorSource,
     SymbolicVectorSystem,
     ZeroOrderHold,
 )
@@ -21,6 +20,7 @@ from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import ParameterError, Range, checked, within
 from drake_mobman.robot_model import BASE_JOINTS, RobotDescription, RobotSetup
+from drake_mobman.robots.parts import of_first, picked
 from drake_mobman.ticks import aligned, whole_steps
 
 
@@ -215,34 +215,40 @@ def _servo_robot(
     builder = DiagramBuilder()
     stepped = setup.engine.add_to(builder, plant)
     state = stepped.get_state_output_port()
-    # Each block costs time at each step of the plant, evaluated or not: so few blocks.
-    parts = builder.AddSystem(Demultiplexer([BASE_JOINTS, n, BASE_JOINTS, n]))
-    builder.Connect(state, parts.get_input_port())
-    pose, position, _, velocity = map(parts.get_output_port, range(4))
-
-    held = []
+    held = {}
     for name, size in commands.items():
         hold = builder.AddNamedSystem(f"{name}.hold", ZeroOrderHold(setup.period, size))
         builder.ExportInput(hold.get_input_port(), name)
-        held.append(hold.get_output_port())
-    command = _joined(builder, [pose, *held])
+        held[name] = hold.get_output_port()
+    x, y, theta = range(BASE_JOINTS)
+    rates = [BASE_JOINTS + n + i for i in range(BASE_JOINTS + n)]
+    # Each block costs time at each step of the plant, evaluated or not: so few blocks.
+    parts = picked(
+        builder,
+        [state, held[signals.BASE_COMMAND_SMOOTHED]],
+        {
+            "told": [(0, theta), (1, 0), (1, 1)],
+            signals.BASE_POSE: of_first([x, y, theta]),
+            "motion": of_first([theta, *rates[:BASE_JOINTS]]),
+            signals.ARM_POSITION: of_first([BASE_JOINTS + i for i in range(n)]),
+            signals.ARM_VELOCITY: of_first(rates[BASE_JOINTS:]),
+        },
+    )
+    base = builder.AddSystem(_base_rates(servo.step))
+    builder.Connect(parts["told"], base.get_input_port())
+    arm = held.get(signals.ARM_VELOCITY_COMMAND)
     for instance, driven in made.driven.items():
-        desired = _desired_state(start, servo.step, command.size(), driven)
-        builder.AddSystem(desired)
-        builder.Connect(command, desired.get_input_port())
-        builder.Connect(
-            desired.get_output_port(), stepped.get_desired_state_input_port(instance)
-        )
+        desired = _desired_state(builder, start, driven, base.get_output_port(), arm)
+        builder.Connect(desired, stepped.get_desired_state_input_port(instance))
     forces = stepped.get_applied_spatial_force_input_port()
     builder.ExportInput(forces, signals.SPATIAL_FORCES)
-    builder.ExportOutput(pose, signals.BASE_POSE)
-    builder.ExportOutput(position, signals.ARM_POSITION)
-    builder.ExportOutput(velocity, signals.ARM_VELOCITY)
-    rolling = builder.AddSystem(_base_velocity(n))
-    builder.Connect(state, rolling.get_input_port())
+    for name in (signals.BASE_POSE, signals.ARM_POSITION, signals.ARM_VELOCITY):
+        builder.ExportOutput(parts[name], name)
+    rolling = builder.AddSystem(_base_velocity())
+    builder.Connect(parts["motion"], rolling.get_input_port())
     builder.ExportOutput(rolling.get_output_port(), signals.BASE_VELOCITY)
     sensor = builder.AddNamedSystem("sensor", setup.maybe_compiled(sensor))
-    builder.Connect(position, sensor.get_input_port())
+    builder.Connect(parts[signals.ARM_POSITION], sensor.get_input_port())
     for name in (signals.EE_CYLINDRICAL, signals.P_BT):
         builder.ExportOutput(sensor.GetOutputPort(name), name)
     builder.ExportOutput(state, signals.ROBOT_STATE)
@@ -251,37 +257,54 @@ def _servo_robot(
     return diagram
 
 
-def _desired_state(
-    start: list[float], step: float, size: int, driven: list[int]
-) -> SymbolicVectorSystem:
-    """Returns the desired state of some servos, from base pose and held commands.
+def _base_rates(step: float) -> SymbolicVectorSystem:
+    """Returns the desired rates of x, y and theta, from theta, v and omega.
 
-    Positions, then velocities, each in the order of the actuators. The base is to roll
-    along its heading at the end of the step, where the implicit servo reaches its
-    velocity: so it does not slide while it turns. The block is compiled, as it is
-    evaluated at each step of the plant. Only a free arm with a spring uses positions.
+    The base is to roll along its heading at the end of the step, where the implicit
+    servo reaches its velocity: so it does not slide while it turns. The block is
+    compiled, as it is evaluated at each step of the plant.
     """
-    n = len(start) - BASE_JOINTS
-    inputs = MakeVectorVariable(size, "u")
-    _, _, theta, v, omega, *rates = inputs
-    base = unicycle_rates(theta + step * omega, v, omega)
-    velocities = [*base, *(rates or [0.0] * n)]
-    desired = [each[i] for each in (start, velocities) for i in driven]
-    return SymbolicVectorSystem(input=inputs, output=desired)
+    inputs = MakeVectorVariable(3, "u")
+    theta, v, omega = inputs
+    rates = unicycle_rates(theta + step * omega, v, omega)
+    return SymbolicVectorSystem(input=inputs, output=list(rates))
 
 
-def _base_velocity(n: int) -> SymbolicVectorSystem:
-    """Returns `base_velocity` from the state of a robot with `n` joints in its arm."""
-    state = MakeVectorVariable(2 * (BASE_JOINTS + n), "u")
-    theta, (x, y, omega) = state[2], state[BASE_JOINTS + n :][:BASE_JOINTS]
+def _desired_state(
+    builder: DiagramBuilder,
+    start: list[float],
+    driven: list[int],
+    base: OutputPort,
+    arm: OutputPort | None,
+) -> OutputPort:
+    """Returns the desired state of some servos: positions, then velocities.
+
+    Each in the order of the actuators. Only a free arm with a spring uses positions.
+
+    Args:
+        builder: to add to.
+        start: positions (3 + n,) of base and arm.
+        driven: the positions that the servos drive.
+        base: desired rates of x, y, theta.
+        arm: those of its joints; zero unless given.
+    """
+    rest = builder.AddSystem(ConstantVectorSource([*start, 0.0]))
+    ports = [base, rest.get_output_port(), *([arm] if arm else [])]
+    still = 1, len(start)
+
+    def rate(i: int) -> tuple[int, int]:
+        if i < BASE_JOINTS:
+            return 0, i
+        return (2, i - BASE_JOINTS) if arm else still
+
+    places = [*((1, i) for i in driven), *map(rate, driven)]
+    return picked(builder, ports, {"desired": places})["desired"]
+
+
+def _base_velocity() -> SymbolicVectorSystem:
+    """Returns `base_velocity` from theta and the rates of x, y and theta."""
+    motion = MakeVectorVariable(4, "u")
+    theta, x, y, omega = motion
     forward = cos(theta) * x + sin(theta) * y
     sideways = cos(theta) * y - sin(theta) * x
-    return SymbolicVectorSystem(input=state, output=[forward, sideways, omega])
-
-
-def _joined(builder: DiagramBuilder, ports: list[OutputPort]) -> OutputPort:
-    """Returns an output with all `ports` in a row."""
-    mux = builder.AddSystem(Multiplexer([port.size() for port in ports]))
-    for i, port in enumerate(ports):
-        builder.Connect(port, mux.get_input_port(i))
-    return mux.get_output_port()
+    return SymbolicVectorSystem(input=motion, output=[forward, sideways, omega])

@@ -19,6 +19,7 @@ from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robot_model.plant_motion import PlantMotion
+from drake_mobman.robots.parts import of_first, picked
 from drake_mobman.robots.wheels.drive import delayed, lagged
 from drake_mobman.robots.wheels.plant import RollingPlant
 from drake_mobman.robots.wheels.sensors import encoder_rates, measured_motion
@@ -64,10 +65,11 @@ def make_rolling_robot(
     psi = None
     if free_arm:
         psi = setup.arm.ee_cylindrical(q[made.arm_q].tolist())[1]
-    _add_arm_sensor(builder, setup, made, psi)
-    velocity = _add_base_outputs(builder, made)
-    _add_measurements(builder, setup, params, made, velocity)
-    force = add_floor_force(builder, made, setup.period)
+    parts = _parts_of_state(builder, made)
+    _add_arm_sensor(builder, setup, parts, psi)
+    velocity = _add_base_outputs(builder, parts)
+    _add_measurements(builder, setup, params, made, parts, velocity)
+    force = add_floor_force(builder, made, parts["yaw"], setup.period)
     builder.ExportOutput(force, signals.FLOOR_FORCE)
     upright = builder.AddNamedSystem("upright", Upright(made, setup.period))
     builder.Connect(plant.get_state_output_port(), upright.get_input_port())
@@ -158,45 +160,64 @@ def _add_gravity(builder: DiagramBuilder, made: RollingPlant) -> None:
     builder.Connect(torques.get_output_port(), made.stepped.get_actuation_input_port())
 
 
+def _parts_of_state(
+    builder: DiagramBuilder, made: RollingPlant
+) -> dict[str, OutputPort]:
+    """Returns the parts of the plant's state that outputs are made of, by name.
+
+    The base's motion is its yaw, then the rates of x, y and yaw.
+    """
+    nq = made.plant.num_positions()
+    at, moves = made.floating.position_start(), nq + made.floating.velocity_start()
+    wheels = [*made.base.left, *made.base.right]
+    # Of the floating joint: roll, pitch, yaw, x, y, z.
+    parts = {
+        signals.BASE_POSE: [at + 3, at + 4, at + 2],
+        "motion": [at + 2, moves + 3, moves + 4, moves + 2],
+        "yaw": [at + 2],
+        signals.ARM_POSITION: made.arm_q,
+        signals.ARM_VELOCITY: [nq + i for i in made.arm_v],
+        "angles": [joint.position_start() for joint in wheels],
+        "rates": [nq + joint.velocity_start() for joint in wheels],
+    }
+    places = {name: of_first(part) for name, part in parts.items()}
+    return picked(builder, [made.stepped.get_state_output_port()], places)
+
+
 def _add_arm_sensor(
-    builder: DiagramBuilder, setup: RobotSetup, made: RollingPlant, psi: float | None
+    builder: DiagramBuilder,
+    setup: RobotSetup,
+    parts: dict[str, OutputPort],
+    psi: float | None,
 ) -> None:
     """Adds the arm's outputs; where `psi` [rad] is given it is kept, see the sensor."""
-    positions = made.plant.num_positions()
-    position = _selected(builder, made, made.arm_q)
-    rates = _selected(builder, made, [positions + i for i in made.arm_v])
+    position = parts[signals.ARM_POSITION]
     period = None if psi is None else setup.period
     block = setup.maybe_compiled(EndEffectorSensor(setup.arm, psi, period))
     sensor = builder.AddNamedSystem("sensor", block)
     builder.Connect(position, sensor.get_input_port())
-    builder.ExportOutput(position, signals.ARM_POSITION)
-    builder.ExportOutput(rates, signals.ARM_VELOCITY)
+    for name in (signals.ARM_POSITION, signals.ARM_VELOCITY):
+        builder.ExportOutput(parts[name], name)
     for name in (signals.EE_CYLINDRICAL, signals.P_BT):
         builder.ExportOutput(sensor.GetOutputPort(name), name)
 
 
-def _add_base_outputs(builder: DiagramBuilder, made: RollingPlant) -> OutputPort:
+def _add_base_outputs(
+    builder: DiagramBuilder, parts: dict[str, OutputPort]
+) -> OutputPort:
     """Adds true pose and velocity of the base; returns the latter.
 
     Both in the floor's plane, the velocity in axes turned by the base's heading alone.
     """
-    plant = made.plant
-    nq = plant.num_positions()
-    state = MakeVectorVariable(nq + plant.num_velocities(), "u")
-    at, moves = made.floating.position_start(), nq + made.floating.velocity_start()
-    _, _, yaw, x, y, _ = state[at : at + 6]
-    _, _, turn, v_x, v_y, _ = state[moves : moves + 6]
+    motion = MakeVectorVariable(4, "u")
+    yaw, v_x, v_y, turn = motion
     c, s = cos(yaw), sin(yaw)
-    outputs = {
-        signals.BASE_POSE: [x, y, yaw],
-        signals.BASE_VELOCITY: [c * v_x + s * v_y, c * v_y - s * v_x, turn],
-    }
-    for name, output in outputs.items():
-        block = builder.AddSystem(SymbolicVectorSystem(input=state, output=output))
-        builder.Connect(made.stepped.get_state_output_port(), block.get_input_port())
-        builder.ExportOutput(block.get_output_port(), name)
-        port = block.get_output_port()
-    return port
+    velocity = [c * v_x + s * v_y, c * v_y - s * v_x, turn]
+    block = builder.AddSystem(SymbolicVectorSystem(input=motion, output=velocity))
+    builder.Connect(parts["motion"], block.get_input_port())
+    builder.ExportOutput(parts[signals.BASE_POSE], signals.BASE_POSE)
+    builder.ExportOutput(block.get_output_port(), signals.BASE_VELOCITY)
+    return block.get_output_port()
 
 
 def _add_measurements(
@@ -204,19 +225,16 @@ def _add_measurements(
     setup: RobotSetup,
     params: Any,
     made: RollingPlant,
+    parts: dict[str, OutputPort],
     velocity: OutputPort,
 ) -> None:
     """Adds what encoders, a gyroscope and a tracker outside measure."""
-    sensors, nq = params.sensors, made.plant.num_positions()
+    sensors, rates = params.sensors, parts["rates"]
     left, right = made.base.left, made.base.right
-    wheels = [*left, *right]
     if sensors.encoder_resolution:
-        angles = _selected(builder, made, [j.position_start() for j in wheels])
         counts = sensors.encoder_resolution
-        rates = encoder_rates(builder, angles, counts, setup.period)
-    else:
-        rates = _selected(builder, made, [nq + j.velocity_start() for j in wheels])
-    mean = np.zeros((2, len(wheels)))
+        rates = encoder_rates(builder, parts["angles"], counts, setup.period)
+    mean = np.zeros((2, rates.size()))
     mean[0, : len(left)], mean[1, len(left) :] = 1 / len(left), 1 / len(right)
     to_motion = np.linalg.inv(params.believed(made.base).wheel_rates()) @ mean
     odometry = builder.AddSystem(MatrixGain(to_motion))
@@ -228,13 +246,3 @@ def _add_measurements(
         (signals.BASE_MEASURED, measured),
     ):
         builder.ExportOutput(port, name)
-
-
-def _selected(
-    builder: DiagramBuilder, made: RollingPlant, places: list[int]
-) -> OutputPort:
-    """Returns some elements of the plant's state."""
-    state = made.stepped.get_state_output_port()
-    select = builder.AddSystem(MatrixGain(np.eye(state.size())[places]))
-    builder.Connect(state, select.get_input_port())
-    return select.get_output_port()

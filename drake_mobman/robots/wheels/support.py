@@ -8,12 +8,12 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import (
     DiscreteTimeIntegrator,
     LinearSystem,
-    MatrixGain,
     Multiplexer,
     SymbolicVectorSystem,
 )
 
 from drake_mobman.robot_model.tipping import SupportPolygon
+from drake_mobman.robots.parts import of_first, picked
 from drake_mobman.robots.wheels.plant import RollingPlant
 
 _NO_FORCE = 1.0
@@ -37,41 +37,46 @@ def support_polygon(made: RollingPlant) -> SupportPolygon:
 
 
 def add_floor_force(
-    builder: DiagramBuilder, made: RollingPlant, period: float
+    builder: DiagramBuilder, made: RollingPlant, yaw: OutputPort, period: float
 ) -> OutputPort:
     """Adds the signal `floor_force`, from the contact forces of the plant.
 
     They act on the six degrees of freedom of the base as one moment about B and one
     force: the zero-moment point is where the force alone makes that moment. Both are
     means over a period: what lasts for one step of the plant tips nothing over.
+
+    Args:
+        builder: to add to.
+        made: the robot's plant.
+        yaw: of the base in W (1) [rad].
+        period: control period [s].
     """
     plant, floating = made.plant, made.floating
     instance = floating.model_instance()
     forces = made.stepped.get_generalized_contact_forces_output_port(instance)
     own = plant.GetVelocitiesFromArray(instance, np.arange(plant.num_velocities()))
     at = own.tolist().index(floating.velocity_start())
-    select = builder.AddSystem(MatrixGain(np.eye(forces.size())[[at, at + 1, at + 5]]))
-    total = builder.AddSystem(DiscreteTimeIntegrator(3, plant.time_step()))
+    # All of them, as nothing else is then evaluated at each step of the plant.
+    total = builder.AddSystem(DiscreteTimeIntegrator(forces.size(), plant.time_step()))
+    places = {"base": of_first([at, at + 1, at + 5])}
+    of_base = picked(builder, [total.get_output_port()], places)["base"]
     eye: Any = np.eye(3)
     # The state is the total at the last tick: y = (u - x) / period.
     mean = builder.AddSystem(
         LinearSystem(0 * eye, eye, -eye / period, eye / period, period)
     )
-    state = made.stepped.get_state_output_port()
-    both = builder.AddSystem(Multiplexer([3, state.size()]))
-    told = MakeVectorVariable(3 + state.size(), "u")
-    moment_x, moment_y, up = told[:3]
-    yaw = told[3 + floating.position_start() + 2]
+    both = builder.AddSystem(Multiplexer([3, 1]))
+    told = MakeVectorVariable(4, "u")
+    moment_x, moment_y, up, heading = told
     held = if_then_else(up > _NO_FORCE, up, _NO_FORCE)
     x, y = -moment_y / held, moment_x / held
-    c, s = cos(yaw), sin(yaw)
+    c, s = cos(heading), sin(heading)
     output = [c * x + s * y, c * y - s * x, up]
     block = builder.AddSystem(SymbolicVectorSystem(input=told, output=output))
-    builder.Connect(forces, select.get_input_port())
-    builder.Connect(select.get_output_port(), total.get_input_port())
-    builder.Connect(total.get_output_port(), mean.get_input_port())
+    builder.Connect(forces, total.get_input_port())
+    builder.Connect(of_base, mean.get_input_port())
     builder.Connect(mean.get_output_port(), both.get_input_port(0))
-    builder.Connect(state, both.get_input_port(1))
+    builder.Connect(yaw, both.get_input_port(1))
     builder.Connect(both.get_output_port(), block.get_input_port())
     return block.get_output_port()
 
