@@ -25,17 +25,21 @@ def declare_decomposer_ports(
 ) -> None:
     """Declares the ports that every decomposer has, so that one can replace another.
 
-    `base_command` may not depend on `base_estimate`: the outputs' prerequisites state
-    that, so the loop through smoother and estimator is not an algebraic one. A
-    decomposer that can fall short of its command also has `decomposer_status`.
+    `base_command` may depend neither on `base_command_smoothed` nor on `base_estimate`:
+    the outputs' prerequisites state that, so the loop through smoother and estimator is
+    not an algebraic one. A decomposer that can fall short of its command also has
+    `decomposer_status`.
     """
     block.command = block.DeclareVectorInputPort(signals.EE_COMMAND, 3)
     block.ee_cylindrical = block.DeclareVectorInputPort(signals.EE_CYLINDRICAL, 3)
     block.arm_position = block.DeclareVectorInputPort(signals.ARM_POSITION, num_joints)
+    block.base_command_smoothed = block.DeclareVectorInputPort(
+        signals.BASE_COMMAND_SMOOTHED, 2
+    )
     block.base_estimate = block.DeclareVectorInputPort(signals.BASE_ESTIMATE, 3)
     inputs = block.command, block.ee_cylindrical, block.arm_position
     state = tickets(block, *inputs) | {block.xd_ticket()}
-    estimate = tickets(block, block.base_estimate)
+    moves = tickets(block, block.base_command_smoothed, block.base_estimate)
     block.base_command = block.DeclareVectorOutputPort(
         signals.BASE_COMMAND, 2, calc_base, prerequisites_of_calc=state
     )
@@ -43,14 +47,14 @@ def declare_decomposer_ports(
         signals.BASE_CONTRIBUTION, 2, calc_share, prerequisites_of_calc=state
     )
     block.arm_command = block.DeclareVectorOutputPort(
-        signals.ARM_COMMAND, 3, calc_arm, prerequisites_of_calc=state | estimate
+        signals.ARM_COMMAND, 3, calc_arm, prerequisites_of_calc=state | moves
     )
     if calc_status is not None:
         block.decomposer_status = block.DeclareVectorOutputPort(
             signals.DECOMPOSER_STATUS,
             1,
             calc_status,
-            prerequisites_of_calc=state | estimate,
+            prerequisites_of_calc=state | moves,
         )
 
 
@@ -92,7 +96,8 @@ class ShareDecomposer(LeafSystem):
     .. pydrake_system::
 
         name: ShareDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_estimate]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command]
 
     Args:
@@ -117,7 +122,12 @@ class ShareDecomposer(LeafSystem):
         )
 
     def law(
-        self, command: Vector, at: Vector, _q: Vector, _estimate: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        _q: Vector,
+        _smoothed: Vector,
+        _estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
         v_c, omega_c, v_z = command

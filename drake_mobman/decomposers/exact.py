@@ -181,6 +181,7 @@ def exact_arm_command(
     command: Vector,
     at: Vector,
     q: Vector,
+    smoothed: Vector,
     estimate: Vector,
     base: BaseCommand,
     limiter: Limiter,
@@ -191,13 +192,14 @@ def exact_arm_command(
         command: `ee_command` (3,).
         at: `ee_cylindrical` (3,).
         q: joint angles (n,) [rad].
+        smoothed: `base_command_smoothed` (2,).
         estimate: `base_estimate` (3,).
         base: the raw base command, and the scaling.
         limiter: of base and joints.
     """
     scale, present = base.scale, Factors()
     if not limiter.base_limits.follows_at_once:
-        present = limiter.present_scaling(q, at, command, estimate)
+        present = limiter.present_scaling(q, at, command, smoothed, estimate)
         scale = smallest(scale, *present.values(), made_of=(scale,))
     scaled = [scale * c for c in command]
     arm = arm_compensation(scaled, at, estimate, limiter.arm.p_BS)
@@ -212,7 +214,8 @@ class ExactDecomposer(CompensatedDecomposer):
     .. pydrake_system::
 
         name: ExactDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_estimate]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     The arm compensates for what the base does, after smoothing, and not for the raw
@@ -247,8 +250,8 @@ class ExactDecomposer(CompensatedDecomposer):
         self.declare_ports()
         state = tickets(self, self.command, self.ee_cylindrical, self.arm_position)
         self._base = cached(self, self._calc_base_command, state)
-        estimate = tickets(self, self.base_estimate)
-        self._arm = cached(self, self._calc_arm_command, state | estimate)
+        moves = tickets(self, self.base_command_smoothed, self.base_estimate)
+        self._arm = cached(self, self._calc_arm_command, state | moves)
 
     def base(self, context: Any) -> tuple[Scalar, Scalar]:
         """Returns the `base_command`."""
@@ -263,16 +266,26 @@ class ExactDecomposer(CompensatedDecomposer):
         return self._arm(context)[1]
 
     def law(
-        self, command: Vector, at: Vector, q: Vector, estimate: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        q: Vector,
+        smoothed: Vector,
+        estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
         inputs = command, at, q
         base = exact_base_command(*inputs, self.params, self.workspace, self.limiter)
-        arm, _ = exact_arm_command(*inputs, estimate, base, self.limiter)
+        arm, _ = exact_arm_command(*inputs, smoothed, estimate, base, self.limiter)
         return *base.base, *arm
 
     def law_without_limits(
-        self, command: Vector, at: Vector, _q: Vector, estimate: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        _q: Vector,
+        _smoothed: Vector,
+        estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the same where no limit is active, which is faster."""
         p_BS = self.arm.p_BS
@@ -285,8 +298,13 @@ class ExactDecomposer(CompensatedDecomposer):
         )
 
     def _calc_arm_command(self, context: Any) -> tuple[Vector, Scalar]:
-        estimate, base = self.base_estimate.Eval(context), self._base(context)
-        return exact_arm_command(*self._inputs(context), estimate, base, self.limiter)
+        return exact_arm_command(
+            *self._inputs(context),
+            self.base_command_smoothed.Eval(context),
+            self.base_estimate.Eval(context),
+            self._base(context),
+            self.limiter,
+        )
 
     def _inputs(self, context: Any) -> tuple[Vector, Vector, Vector]:
         # Python's floats take half the time of numpy's.

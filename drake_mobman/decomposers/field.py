@@ -59,7 +59,8 @@ class FieldDecomposer(CompensatedDecomposer):
     .. pydrake_system::
 
         name: FieldDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_estimate]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     Args:
@@ -88,7 +89,12 @@ class FieldDecomposer(CompensatedDecomposer):
         )
 
     def law(
-        self, command: Vector, at: Vector, q: Vector, estimate: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        q: Vector,
+        _smoothed: Vector,
+        estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
         base, _ = self._base_and_status(q)

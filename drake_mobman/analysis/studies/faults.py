@@ -26,6 +26,12 @@ _GRADE = 0.0873
 
 _ALL = Drive(delay=0.05, bandwidth=5.0, left_radius=1.03)
 
+
+def _bump(y: float) -> Bump:
+    """Returns a bump for a wheel alone: a caster has no spring that gets it over."""
+    return Bump(y=y, width=0.1, height=0.005)
+
+
 FAULTS: dict[str, dict[str, Any]] = {
     "none": {},
     "friction 0.05": {"floor": Floor(friction=0.05)},
@@ -36,8 +42,8 @@ FAULTS: dict[str, dict[str, Any]] = {
     "delay 50 ms": {"drive": Drive(delay=0.05)},
     "motors of 5 Hz": {"drive": Drive(bandwidth=5.0)},
     "friction 0.2, 3 %, 50 ms, 5 Hz": {"floor": Floor(friction=0.2), "drive": _ALL},
-    "bump of 5 mm, left": {"floor": Floor(bumps=[Bump(height=0.005)])},
-    "bump of 5 mm, both": {"floor": Floor(bumps=[Bump(y=0.0, width=2, height=0.005)])},
+    "bump of 5 mm, left": {"floor": Floor(bumps=[_bump(0.2)])},
+    "bump of 5 mm, both": {"floor": Floor(bumps=[_bump(0.2), _bump(-0.2)])},
     "step down 5 mm": {"floor": Floor(patches=[Patch(height=-0.005)])},
 }
 """What is wrong, by its name; as parameters of `Wheels`."""
