@@ -81,6 +81,7 @@ def decomposer(name, make, joints):
             "ee_cylindrical": ([1.57, -0.66, 0.1], [0.43, 0.68, 0.3]),
             "arm_position": (BEND[joints], OTHER_BEND[joints]),
             "base_command_smoothed": ([0.1, 0.05], [-0.2, 0.3]),
+            "base_estimate": ([0.1, 0.01, 0.05], [-0.2, 0.02, 0.3]),
         },
         {"base_command": 2, "base_contribution": 2, "arm_command": 3},
     )
@@ -186,7 +187,12 @@ def test_ports_are_those_of_the_contract(case):
 NEEDED = {
     "base_command": {"ee_command", "ee_cylindrical"},
     "base_contribution": {"ee_command", "ee_cylindrical"},
-    "arm_command": {"ee_command", "ee_cylindrical", "base_command_smoothed"},
+    "arm_command": {
+        "ee_command",
+        "ee_cylindrical",
+        "base_command_smoothed",
+        "base_estimate",
+    },
     "base_command_smoothed": {"base_command"},
     "arm_velocity_command": {"arm_command", "arm_position"},
     "arm_status": {"arm_command", "arm_position"},
@@ -387,7 +393,8 @@ def test_a_block_shows_its_name_arguments_and_docstring():
         (OrientedInverse, ["arm", "joint_limits", "period", "orientation"]),
         (EndEffectorSensor, ["arm", "psi", "period"]),
         (GraspForce, ["params", "period"]),
-        (CommandGuard, ["params", "period"]),
+        (BaseEstimator, ["params", "period"]),
+        (CommandGuard, ["params", "period", "watched"]),
         (KinematicRobot, ["start", "period"]),
     ],
 )

@@ -44,7 +44,7 @@ FAULTS: dict[str, dict[str, Any]] = {
     "friction 0.2, 3 %, 50 ms, 5 Hz": {"floor": Floor(friction=0.2), "drive": _ALL},
     "bump of 5 mm, left": {"floor": Floor(bumps=[_bump(0.2)])},
     "bump of 5 mm, both": {"floor": Floor(bumps=[_bump(0.2), _bump(-0.2)])},
-    "step down 5 mm": {"floor": Floor(patches=[Patch(height=-0.005)])},
+    "step down 2 mm": {"floor": Floor(patches=[Patch(height=-0.002)])},
 }
 """What is wrong, by its name; as parameters of `Wheels`."""
 
