@@ -75,7 +75,7 @@ class Wheels:
             again = rolling_plant(setup.robot, ideal, free_arm=False)
             return make_rolling_robot(setup, ideal, again, q, free_arm=False)
 
-        q = standing(made, start, self.floor, unsettled)
+        q = standing(made, start, self.floor, setup.engine, unsettled)
         return make_rolling_robot(setup, self, made, q, free_arm=free_arm)
 
     def believed(self, base: RollingBase) -> RollingBase:
