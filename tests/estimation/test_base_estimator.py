@@ -14,7 +14,15 @@ from drake_mobman.estimation.sent import Sent
 from drake_mobman.parameters import ParameterError
 from drake_mobman.scenario import ScenarioError, load_scenario
 from drake_mobman.simulation.simulate import simulate
-from drake_mobman.teleop.guard import GuardStatus
+from drake_mobman.teleop.gate import (
+    Arming,
+    Gate,
+    GateState,
+    GateStatus,
+    next_state,
+)
+from drake_mobman.teleop.guard import Guard, GuardStatus
+from drake_mobman.teleop.live import NOBODY
 
 PERIOD = 0.01
 FINE = 1000
@@ -137,7 +145,7 @@ def test_measurement_that_is_not_finite_is_left_out_and_noticed(bad, place):
         ("estimate=measured", "needs base_measured, which fidelity !Servo"),
         (
             "estimate=!Sent {delay: 0.015}",
-            "estimate.delay: 0.015 is not valid; must be",
+            "estimate.delay: 0.015 is not valid",
         ),
         ("estimate=!Gyro {latency: 0.015}", "estimate.latency: 0.015"),
         ("estimate=!Odometry {patience: -1}", "estimate.patience: -1"),
@@ -183,7 +191,8 @@ def test_base_that_does_not_move_as_sent_stops_the_robot_and_the_guard_says_why(
     run = run_of("fidelity.floor.friction=0.001", "estimate=measured")
     status = run.log["guard_status"].ravel()
     stopped = status == GuardStatus.ASTRAY
-    assert stopped[-1] and not stopped[0]
+    assert stopped[-1]
+    assert not stopped[0]
     first = int(np.argmax(stopped))
     assert stopped[first:].all()
     # Half a second of patience, from when the two parted.
@@ -194,16 +203,6 @@ def test_base_that_does_not_move_as_sent_stops_the_robot_and_the_guard_says_why(
 
 
 def test_base_astray_latches_the_gate():
-    from drake_mobman.teleop.gate import (
-        Arming,
-        Gate,
-        GateState,
-        GateStatus,
-        next_state,
-    )
-    from drake_mobman.teleop.guard import Guard
-    from drake_mobman.teleop.live import NOBODY
-
     held = NOBODY._replace(age=0.0, dead_man=1.0, v_c=0.1)
     armed = GateState(Arming.ARMED, GateStatus.OK)
     after = next_state(armed, held, Gate(), Guard(), astray=1.0)
