@@ -36,7 +36,9 @@ FAULTS: dict[str, dict[str, Any]] = {
     "none": {},
     "friction 0.05": {"floor": Floor(friction=0.05)},
     "friction 0.2, slope 5 deg": {"floor": Floor(friction=0.2, slope=_GRADE)},
-    "ice beyond 0.3 m": {"floor": Floor(patches=[Patch(x_min=0.3, friction=0.02)])},
+    "friction 0.05 from 0.3 m": {
+        "floor": Floor(patches=[Patch(x_min=0.3, friction=0.05)])
+    },
     "left wheel 3 % large": {"drive": Drive(left_radius=1.03)},
     "track 5 % wide": {"drive": Drive(track=1.05)},
     "delay 50 ms": {"drive": Drive(delay=0.05)},
