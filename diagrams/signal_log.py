@@ -4,18 +4,25 @@ from collections.abc import Mapping
 from typing import Any
 
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput, Multiplexer
+from pydrake.systems.primitives import LogVectorOutput, Selector
+
+from drake_mobman.parts import selection
 
 LOG = "log"
 """Name of the logger in a diagram; its input is `log.signals`."""
 
 
-class _Signals(Multiplexer):
-    """All signals in one vector: one logger is faster than one for each signal."""
+class _Signals(Selector):
+    """All signals in one vector: one logger is faster than one for each signal.
+
+    Faster than a `Multiplexer`, whose output is taken to depend on time.
+    """
 
     def __init__(self, ports: Mapping[str, Any]) -> None:
         self.sizes = {name: port.size() for name, port in ports.items()}
-        super().__init__(list(self.sizes.values()))
+        sizes = [*self.sizes.values()]
+        every = [(i, place) for i, size in enumerate(sizes) for place in range(size)]
+        super().__init__(selection(sizes, {"signals": every}))
 
 
 def log_signals(

@@ -13,15 +13,14 @@ import numpy as np
 from pydrake.symbolic import MakeVectorVariable, Variable
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import (
-    Demultiplexer,
     PassThrough,
     Selector,
-    SelectorParams,
     SymbolicVectorSystem,
 )
 
 from drake_mobman.machine_block import MachineLaw, MachineState
 from drake_mobman.machine_code import machine_code
+from drake_mobman.parts import selection
 from drake_mobman.subexpressions import Named, eliminate_common_subexpressions
 from drake_mobman.tracing import Trace, tracing
 
@@ -161,9 +160,9 @@ class _Compiled(Diagram):
         order = [block.get_output_port(i) for i in range(block.num_output_ports())]
         if len(ports) < len(order):
             ports = systems.add_block(block) | ports
-        for port in order:
-            systems.builder.ExportOutput(ports[port.get_name()], port.get_name())
         systems.connect(laws.inputs)
+        for port in order:
+            systems.export(ports[port.get_name()], port.get_name())
         systems.builder.BuildInto(self)
 
 
@@ -210,10 +209,10 @@ class _MachineCode(Diagram):
                 for_steps,
                 _STATE,
             )
+        systems.connect(laws.inputs)
         for i in range(block.num_output_ports()):
             name = block.get_output_port(i).get_name()
-            systems.builder.ExportOutput(ports[name], name)
-        systems.connect(laws.inputs)
+            systems.export(ports[name], name)
         systems.builder.BuildInto(self)
 
 
@@ -222,7 +221,12 @@ Pick = dict[Hashable, list[int]]
 
 
 class _Systems:
-    """Systems of expressions, each connected only to what it uses."""
+    """Systems of expressions, each connected only to what it uses.
+
+    One `Selector` gives each of them the elements that it uses, and puts results
+    together that are an output: each block costs time, and so does what a block does
+    not use.
+    """
 
     def __init__(self, vectors: Mapping[Hashable, Any], laws: _Laws) -> None:
         self.builder = DiagramBuilder()
@@ -232,6 +236,9 @@ class _Systems:
         self._wires: list[
             tuple[Any, Hashable]
         ] = []  # Input ports, and the vector of each.
+        self._parts: list[Pick] = []  # Outputs of the selector.
+        self._ends: list[tuple[Any, int]] = []  # Input ports, and the part for each.
+        self._selector: Any = None
 
     def add(self, law: list[Any], own: Hashable = None, **keep: Any) -> Any:
         """Adds a system; returns its output, which is the vector `own`, if given.
@@ -272,7 +279,7 @@ class _Systems:
         self._sources[own] = system.get_output_port()
         return system.get_output_port()
 
-    def _feed(self, system: Any, chosen: Mapping[Hashable, list[int]]) -> None:
+    def _feed(self, system: Any, chosen: Pick) -> None:
         """Connects a system only to the elements that it uses, as each costs time.
 
         Args:
@@ -283,19 +290,8 @@ class _Systems:
         if len(chosen) <= 1 and sizes == [len(e) for e in chosen.values()]:
             self._wires += [(system.get_input_port(), key) for key in chosen]
             return
-        of = SelectorParams
-        inputs = [of.InputPortParams(name=f"u{i}", size=n) for i, n in enumerate(sizes)]
-        picked = [
-            of.OutputSelection(input_port_index=port, input_offset=i)
-            for port, elements in enumerate(chosen.values())
-            for i in elements
-        ]
-        outputs = [of.OutputPortParams(name="y", selections=picked)]
-        selector = Selector(SelectorParams(inputs=inputs, outputs=outputs))
-        self.builder.AddSystem(selector)
-        self.builder.Connect(selector.get_output_port(0), system.get_input_port())
-        ends = map(selector.get_input_port, range(len(sizes)))
-        self._wires += zip(ends, chosen, strict=True)
+        self._ends.append((system.get_input_port(), len(self._parts)))
+        self._parts.append(chosen)
 
     def add_split(self, laws: Mapping[str, list[Any]], **keep: Any) -> dict[str, Any]:
         """Adds a system for one output or several; returns them by name."""
@@ -303,12 +299,16 @@ class _Systems:
         return self.split(port, laws)
 
     def split(self, port: Any, laws: Mapping[str, list[Any]]) -> dict[str, Any]:
-        """Returns the parts of a port that has several outputs, by name."""
+        """Returns the parts of a port that has several outputs, by name, to export."""
         if len(laws) == 1:
             return dict.fromkeys(laws, port)
-        split = self.builder.AddSystem(Demultiplexer([len(e) for e in laws.values()]))
-        self.builder.Connect(port, split.get_input_port())
-        return {name: split.get_output_port(i) for i, name in enumerate(laws)}
+        key, start, parts = f"several outputs {len(self._parts)}", 0, {}
+        self._sources[key] = port
+        for name, law in laws.items():
+            parts[name] = len(self._parts)
+            self._parts.append({key: [*range(start, start + len(law))]})
+            start += len(law)
+        return parts
 
     def add_block(self, block: Any) -> dict[str, Any]:
         """Adds the block itself; returns its outputs by name."""
@@ -321,6 +321,8 @@ class _Systems:
 
     def connect(self, inputs: Mapping[str, Any]) -> None:
         """Connects every system, and exports the inputs, also those that none uses."""
+        if self._parts:
+            self._add_selector()
         for name, variables in inputs.items():
             ends = [end for end, key in self._wires if key == name]
             if not ends:
@@ -332,6 +334,33 @@ class _Systems:
         for end, key in self._wires:
             if key not in inputs:
                 self.builder.Connect(self._sources[key], end)
+
+    def _add_selector(self) -> None:
+        keys = list(dict.fromkeys(key for part in self._parts for key in part))
+        sizes = [self._size(key) for key in keys]
+        parts = {
+            f"y{i}": [
+                (keys.index(key), at) for key, places in part.items() for at in places
+            ]
+            for i, part in enumerate(self._parts)
+        }
+        self._selector = self.builder.AddSystem(Selector(selection(sizes, parts)))
+        for i, key in enumerate(keys):
+            self._wires.append((self._selector.get_input_port(i), key))
+        for end, i in self._ends:
+            self.builder.Connect(self._selector.get_output_port(i), end)
+
+    def _size(self, key: Hashable) -> int:
+        """Returns the size of a vector."""
+        if key in self._sources:
+            return int(self._sources[key].size())
+        return len(self._vectors[key])
+
+    def export(self, port: Any, name: str) -> None:
+        """Exports an output, a port or a part of one as `split` returns it."""
+        if isinstance(port, int):
+            port = self._selector.get_output_port(port)
+        self.builder.ExportOutput(port, name)
 
 
 def _grouped(names: list[Named], laws: _Laws) -> dict[Hashable, list[Named]]:

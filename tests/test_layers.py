@@ -10,6 +10,7 @@ LAYERS = (
         *("blocks", "compiled", "exit_status", "files", "frames", "kinds", "lazy"),
         *(
             "output",
+            "parts",
             "parameters",
             "scalars",
             "scenario_files",

@@ -19,8 +19,8 @@ from drake_mobman import signals
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import ParameterError, Range, checked, within
+from drake_mobman.parts import of_first, picked
 from drake_mobman.robot_model import BASE_JOINTS, RobotDescription, RobotSetup
-from drake_mobman.robots.parts import of_first, picked
 from drake_mobman.ticks import aligned, whole_steps
 
 

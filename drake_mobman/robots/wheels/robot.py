@@ -17,9 +17,9 @@ from pydrake.systems.primitives import (
 from drake_mobman import signals
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
 from drake_mobman.guidance.tool_sensor import ToolSensor
+from drake_mobman.parts import of_first, picked
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robot_model.plant_motion import PlantMotion
-from drake_mobman.robots.parts import of_first, picked
 from drake_mobman.robots.wheels.drive import delayed, lagged
 from drake_mobman.robots.wheels.plant import RollingPlant
 from drake_mobman.robots.wheels.sensors import encoder_rates, measured_motion

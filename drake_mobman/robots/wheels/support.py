@@ -12,8 +12,8 @@ from pydrake.systems.primitives import (
     SymbolicVectorSystem,
 )
 
+from drake_mobman.parts import of_first, picked
 from drake_mobman.robot_model.tipping import SupportPolygon
-from drake_mobman.robots.parts import of_first, picked
 from drake_mobman.robots.wheels.plant import RollingPlant
 
 _NO_FORCE = 1.0

@@ -14,20 +14,16 @@ def of_first(places: Sequence[int]) -> list[tuple[int, int]]:
     return [(0, place) for place in places]
 
 
-def picked(
-    builder: DiagramBuilder, ports: Sequence[OutputPort], parts: Mapping[str, Places]
-) -> dict[str, OutputPort]:
-    """Returns parts of some vectors, each with elements of any of them, by name.
+def selection(sizes: Sequence[int], parts: Mapping[str, Places]) -> SelectorParams:
+    """Returns what a `Selector` picks.
 
     Args:
-        builder: to add to.
-        ports: the vectors.
-        parts: elements of each part, by its name.
+        sizes: of its inputs.
+        parts: elements of each output, by its name.
     """
     of = SelectorParams
     inputs = [
-        of.InputPortParams(name=f"u{i}", size=port.size())
-        for i, port in enumerate(ports)
+        of.InputPortParams(name=f"u{i}", size=size) for i, size in enumerate(sizes)
     ]
     outputs = [
         of.OutputPortParams(
@@ -39,9 +35,20 @@ def picked(
         )
         for name, places in parts.items()
     ]
-    selector = builder.AddSystem(
-        Selector(SelectorParams(inputs=inputs, outputs=outputs))
-    )
+    return SelectorParams(inputs=inputs, outputs=outputs)
+
+
+def picked(
+    builder: DiagramBuilder, ports: Sequence[OutputPort], parts: Mapping[str, Places]
+) -> dict[str, OutputPort]:
+    """Returns parts of some vectors, each with elements of any of them, by name.
+
+    Args:
+        builder: to add to.
+        ports: the vectors.
+        parts: elements of each part, by its name.
+    """
+    selector = builder.AddSystem(Selector(selection([p.size() for p in ports], parts)))
     for i, port in enumerate(ports):
         builder.Connect(port, selector.get_input_port(i))
     return {name: selector.GetOutputPort(name) for name in parts}
