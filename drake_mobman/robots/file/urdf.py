@@ -167,7 +167,9 @@ def _define_materials(root: ET.Element) -> None:
 def _rename_materials(root: ET.Element) -> None:
     """Names materials by their colours too: Drake refuses two colours of one name."""
     colours: dict[str, str] = {}
-    for material in root.iter("material"):
+    # Those at the top keep their names, wherever they stand: others refer to them.
+    at_top = root.findall("material")
+    for material in (*at_top, *(x for x in root.iter("material") if x not in at_top)):
         colour = material.find("color")
         if colour is None:
             continue
