@@ -6,6 +6,7 @@ and offered in the console without another change.
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -143,6 +144,27 @@ RECIPES = {
             pass
         ''',
     ),
+    "engines/telling": (
+        "from drake_mobman.engines.telling import Telling",
+        '''
+        """Drake, and it tells what it steps."""
+
+        import dataclasses as dc
+        from typing import ClassVar
+
+        from drake_mobman.engines.drake import Drake
+
+
+        @dc.dataclass
+        class Telling:
+            package: ClassVar[str] = "drake"
+            needs_masses: ClassVar[bool] = False
+
+            def add_to(self, builder, plant, scene_graph=None):
+                print(plant.num_bodies(), "bodies")
+                return Drake().add_to(builder, plant, scene_graph)
+        ''',
+    ),
     "analysis/metrics/way": (
         "from drake_mobman.analysis.metrics.way import Way",
         '''
@@ -275,6 +297,15 @@ def test_a_robot_a_fidelity_and_a_source_are_run(mobman, tmp_path):
     text = (folder / "scenario.yaml").read_text()
     assert all(tag in text for tag in ("!Short", "!Slow", "!Pushing"))
     assert numbers["ee_error_rms"] < 1.0
+
+
+def test_an_engine_is_compared_with_drake(mobman, tmp_path):
+    quick = ["--set", "duration=0.1", "--set", "fidelity=wheels"]
+    told = mobman("compare", "kwon_franka", "--engine=telling,drake", *quick)
+    assert re.search(r"^\d+ bodies$", told, re.MULTILINE)
+    numbers = tmp_path / "comparison" / "kwon_franka" / "comparison.json"
+    speeds = json.loads(numbers.read_text())["metrics"]["joint_speed_max"]
+    assert speeds["telling"] == speeds["drake"]
 
 
 def test_a_base_controller_guides_and_decomposes(mobman, tmp_path):

@@ -33,10 +33,14 @@ from drake_mobman.parameters import (
     within,
 )
 from drake_mobman.robot_model import Reach, RobotSetup
-from drake_mobman.scalars import Scalar, smoothstep, where
+from drake_mobman.scalars import Scalar, larger, smoothstep, where
 
 LAWS = ("printed", "projected")
-"""The field as printed, or with v times cos(phi)."""
+"""The field as printed, or with v times the cosine of the bearing."""
+
+
+_NEAREST = 1e-12
+"""Square of T's distance from the shoulder's axis, in place of zero [m^2]."""
 
 
 class Zone(enum.IntFlag):
@@ -181,8 +185,37 @@ def yaw_rate(phi: Scalar, params: Turning) -> Scalar:
     return params.K_omega * where(phi < 0, -gamma, gamma)
 
 
+def bearing(p_BT: Any, reach: Reach) -> Scalar:
+    """Returns the bearing of T from the shoulder [rad], in [-pi, pi].
+
+    About B, the base would turn until an arm on its left reached over to the right: its
+    first joint would be near an end where T is straight ahead.
+
+    Args:
+        p_BT: position of T in B (3,) [m].
+        reach: of the arm.
+    """
+    return atan2(p_BT[1] - reach.aside, p_BT[0] - reach.ahead)
+
+
+def turning_helps(p_BT: Any, reach: Reach) -> Scalar:
+    """Returns the share of its yaw rate at which the base turns towards T, in [0, 1].
+
+    Turning at omega changes the bearing of a T at rest by -omega (p_BT . p_ST) / l^2.
+    Where T is between B and a shoulder that is ahead of it, that is the wrong way; near
+    there, the base turns less, and in there not at all.
+
+    Args:
+        p_BT: position of T in B (3,) [m].
+        reach: of the arm.
+    """
+    x, y = p_BT[0] - reach.ahead, p_BT[1] - reach.aside
+    closing = p_BT[0] * x + p_BT[1] * y
+    return smoothstep(closing / larger(x * x + y * y, _NEAREST), 0.0, 0.5)
+
+
 def field_heading(
-    p_BT: Any, params: Turning, joint: FirstJoint | None
+    p_BT: Any, params: Turning, reach: Reach, joint: FirstJoint | None
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Returns the heading error phi [rad], omega [rad/s], and its scale in [0, 1].
 
@@ -192,13 +225,15 @@ def field_heading(
     Args:
         p_BT: position of T in B (3,) [m].
         params: how the base turns.
+        reach: of the arm.
         joint: the arm's first; None where it has no limits.
     """
-    phi = atan2(p_BT[1], p_BT[0])
+    phi = bearing(p_BT, reach)
+    helps = turning_helps(p_BT, reach)
     if joint is None:
-        return phi, yaw_rate(phi, params), 1.0
+        return phi, helps * yaw_rate(phi, params), 1.0
     phi = unwound(phi, joint)
-    omega = yaw_rate(phi, params)
+    omega = helps * yaw_rate(phi, params)
     share = turning_share(omega, joint, params.phi_max - params.phi_min)
     return phi, share * omega, share
 
@@ -208,9 +243,10 @@ def field_velocity(
 ) -> tuple[Scalar, Scalar]:
     """Returns v [m/s] and omega [rad/s] of the field at `p_BT` (3,) [m].
 
-    Projected, v is multiplied by cos(phi): in whatever direction T is, the base does
-    not drive away from a far T or towards a near one (exact for a shoulder on B's z
-    axis). As printed, the base would circle about T while it unwinds the arm; so it
+    Projected, v is multiplied by the cosine of the bearing: in whatever direction T is,
+    the base does not drive away from a far T or towards a near one (exact where the
+    shoulder is on B's z axis). That bearing is from abreast of B, in line with the
+    shoulder. As printed, the base would circle about T while it unwinds the arm; so it
     turns on the spot until that is done.
 
     Args:
@@ -219,10 +255,11 @@ def field_velocity(
         reach: of the arm.
         joint: the arm's first; None where it has no limits.
     """
-    phi, omega, _ = field_heading(p_BT, params, joint)
+    phi, omega, _ = field_heading(p_BT, params, reach, joint)
     v = linear_velocity(*signed_distances(p_BT, reach, params.b_d), params)
     if params.law == "projected":
-        v = v * cos(phi)
+        # From abreast of B: else a T between B and the shoulder would be circled.
+        v = v * cos(atan2(p_BT[1] - reach.aside, p_BT[0]))
     elif joint is not None:
         v = where(abs(phi) > math.pi, 0.0, v)
     return v, omega
@@ -233,7 +270,7 @@ def field_zone(
 ) -> Scalar:
     """Returns the sum of the `Zone` flags that hold; arguments as `field_velocity`."""
     d_f, d_r = signed_distances(p_BT, reach, params.b_d)
-    phi, _, share = field_heading(p_BT, params, joint)
+    phi, _, share = field_heading(p_BT, params, reach, joint)
     forward = where(d_f < params.Delta_f, float(Zone.FORWARD), 0.0)
     linear = where(d_r < params.Delta_r, float(Zone.RETREAT), forward)
     aside = where(abs(phi) > params.phi_min, float(Zone.ROTATION), 0.0)

@@ -1,9 +1,11 @@
 """What a tick of each decomposer costs, as in Kwon's table 3, and a whole run.
 
 All decomposers get the same recorded inputs, in one process and by turns, so that other
-work on the machine slows all of them alike. Then whole scenarios are timed.
+work on the machine slows all of them alike. Then whole scenarios are timed; and of one
+with a spatial arm, the control tick, and its robot on wheels.
 """
 
+import dataclasses as dc
 import time
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -11,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from drake_mobman.benchmarking.cases import benchmark_cases
+from drake_mobman.benchmarking.control_tick import DIFF_IK, control_tick_cases
 from drake_mobman.benchmarking.costs import spread, tick_costs
 from drake_mobman.benchmarking.machine import ran_on
 from drake_mobman.benchmarking.real_time import (
@@ -19,11 +22,19 @@ from drake_mobman.benchmarking.real_time import (
     threading_ratios,
 )
 from drake_mobman.benchmarking.ticks import recorded_ticks
+from drake_mobman.robots.wheels import Wheels
 from drake_mobman.scenario import AnyScenario, load_scenario, scenario_paths
 from drake_mobman.simulation.run import Run
+from drake_mobman.simulation.simulate import simulate
 
 STRETCH = 2.0
 """Simulated in one turn [s]."""
+
+FRANKA = "kwon_franka"
+"""Scenario with a spatial arm and masses, whose control tick and wheels are timed."""
+
+TICK = "control tick"
+"""Level of its costs."""
 
 _LONG = 30.0
 """Simulated at a time in two threads [s]: starting them takes some time, too."""
@@ -62,8 +73,9 @@ def bench(
         other = load_scenario(name)
         if not other.source.fed:
             tell(f"real-time factor of {name}")
-            taken = real_time_factors(other, turns, stretch)
+            (taken,) = real_time_factors({name: other}, turns, stretch).values()
             factors[name] = _compared(taken)
+    franka = _of_franka(turns, stretch, tell)
     tell("two threads")
     return {
         "ran_on": ran_on(),
@@ -72,8 +84,42 @@ def bench(
         "turns": turns,
         "costs": costs,
         "missing": left_out,
+        **franka,
         "real_time_factors": factors,
         "two_threads": spread(np.array(threading_ratios(scenario, turns, _LONG))),
+    }
+
+
+def _of_franka(
+    turns: int, stretch: float, tell: Callable[[str], None]
+) -> dict[str, Any]:
+    """Returns the costs of a control tick, and of wheels, of a robot with masses."""
+    tell(f"a control tick of {FRANKA}")
+    scenario = load_scenario(FRANKA)
+    duration = min(scenario.duration, stretch * turns)
+    cases, ticks = control_tick_cases(
+        scenario, simulate(dc.replace(scenario, duration=duration))
+    )
+    few = min(turns, len(ticks))
+    costs = tick_costs({TICK: cases}, ticks, few, reference=DIFF_IK)[TICK]
+    tell(f"{FRANKA} on wheels")
+    by_fidelity = {
+        type(fidelity).__name__: dc.replace(scenario, fidelity=fidelity)
+        for fidelity in (scenario.fidelity, Wheels())
+    }
+    taken = real_time_factors(by_fidelity, turns, stretch)
+    servo, wheels = taken.values()
+    return {
+        "control_tick": {"scenario": FRANKA, "ticks": len(ticks), "costs": costs},
+        "wheels": {
+            "scenario": FRANKA,
+            "step": Wheels().step,
+            "factors": {name: _compared(each) for name, each in taken.items()},
+            "wheels_to_servo": {
+                kind: spread(np.array(servo[kind]) / np.array(wheels[kind]))
+                for kind in servo
+            },
+        },
     }
 
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from drake_mobman.benchmarking.case import BenchmarkCase
 from drake_mobman.benchmarking.cases import REFERENCE, Cases
-from drake_mobman.benchmarking.ticks import Tick
 
 Clock = Callable[[], float]
 
@@ -29,9 +28,10 @@ _WARM_UP = 50
 
 def tick_costs(
     cases: Cases,
-    ticks: Sequence[Tick],
+    ticks: Sequence[Any],
     turns: int,
     clock: Clock = time.perf_counter,
+    reference: str = REFERENCE,
 ) -> Costs:
     """Returns what the ticks cost in each case, by level and name.
 
@@ -43,6 +43,7 @@ def tick_costs(
         ticks: inputs, the same for all cases.
         turns: stretches into which the ticks are cut, at most one for each tick.
         clock: to time by [s].
+        reference: name of the case that all of its level are compared to.
     """
     all_cases = {id(one): one for level in cases.values() for one in level.values()}
     size = len(ticks) // turns
@@ -63,7 +64,7 @@ def tick_costs(
         level: {
             name: _summary(
                 np.array(times[id(one)]),
-                np.array(times[id(ones[REFERENCE])]),
+                np.array(times[id(ones[reference])]),
                 unsolved[id(one)],
             )
             for name, one in ones.items()
@@ -73,7 +74,7 @@ def tick_costs(
 
 
 def _timed(
-    case: BenchmarkCase, ticks: Sequence[Tick], clock: Clock
+    case: BenchmarkCase, ticks: Sequence[Any], clock: Clock
 ) -> tuple[np.ndarray, int]:
     """Returns how long each tick took [s], and for how many nothing was found."""
     times, missed = np.empty(len(ticks)), 0

@@ -2,12 +2,14 @@
 
 import dataclasses as dc
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, PortDataType
 
 from drake_mobman.diagrams import make_diagram
+from drake_mobman.robots.wheels import Wheels
 from drake_mobman.scenario import AnyScenario
 
 Factors = dict[str, list[float]]
@@ -35,31 +37,42 @@ def wall_time(
 
 
 def real_time_factors(
-    scenario: AnyScenario, turns: int, stretch: float, timed: Timed = wall_time
-) -> Factors:
-    """Returns the real-time factors of a scenario, taken by turns.
+    scenarios: Mapping[str, AnyScenario],
+    turns: int,
+    stretch: float,
+    timed: Timed = wall_time,
+) -> dict[str, Factors]:
+    """Returns the real-time factors of scenarios by their names, all taken by turns.
 
     Args:
-        scenario: checked, as `load_scenario` returns it.
+        scenarios: checked, as `load_scenario` returns them.
         turns: how often each is timed, after once to warm up.
-        stretch: simulated in one turn [s]; less if the scenario is too short for it.
+        stretch: simulated in one turn [s]; less if a scenario is too short for it.
         timed: advances simulators and returns the wall time.
     """
+    simulators = {name: _simulators(one) for name, one in scenarios.items()}
+    shortest = min(one.duration for one in scenarios.values())
+    stretch = min(stretch, shortest / (turns + 1))
+    factors: dict[str, Factors] = {
+        name: {kind: [] for kind in kinds} for name, kinds in simulators.items()
+    }
+    for turn in range(turns + 1):
+        for name, kinds in simulators.items():
+            if "bare" in kinds:
+                follow(kinds["bare"], kinds["python"])
+            for kind, simulator in kinds.items():
+                taken = timed([simulator], stretch)
+                if turn:
+                    factors[name][kind].append(stretch / taken)
+    return factors
+
+
+def _simulators(scenario: AnyScenario) -> dict[str, Simulator]:
+    """Returns what is timed of a scenario."""
     whole = Simulator(make_diagram(dc.replace(scenario, compiled=False)))
     simulators = {"python": whole, "compiled": compiled_simulator(scenario)}
     bare = bare_plant(scenario)
-    if bare:
-        simulators["bare"] = bare
-    stretch = min(stretch, scenario.duration / (turns + 1))
-    factors: Factors = {name: [] for name in simulators}
-    for turn in range(turns + 1):
-        if bare:
-            follow(bare, whole)
-        for name, simulator in simulators.items():
-            taken = timed([simulator], stretch)
-            if turn:
-                factors[name].append(stretch / taken)
-    return factors
+    return simulators | ({"bare": bare} if bare else {})
 
 
 def compiled_simulator(scenario: AnyScenario) -> Simulator:
@@ -68,23 +81,32 @@ def compiled_simulator(scenario: AnyScenario) -> Simulator:
 
 
 def bare_plant(scenario: AnyScenario) -> Simulator | None:
-    """Returns a simulator of the scenario's plant alone, if it steps one."""
+    """Returns a simulator of the scenario's plant alone, if it steps one.
+
+    On wheels, with the floor: without its contacts it would fall.
+    """
+    if isinstance(scenario.fidelity, Wheels):
+        free_arm = not hasattr(scenario, "decomposer")
+        return Simulator(scenario.fidelity.alone(scenario.robot, free_arm=free_arm))
     plant = scenario.bare_plant()
     return plant and Simulator(plant)
 
 
 def follow(bare: Simulator, whole: Simulator) -> None:
-    """Gives the bare plant the state of the whole diagram's, also as desired state."""
+    """Gives the bare plant the state of the whole diagram's, and what drives it now."""
     robot = whole.get_system().GetSubsystemByName("robot")
     plant = robot.GetSubsystemByName("plant")
-    state = plant.get_state_output_port().Eval(
-        plant.GetMyContextFromRoot(whole.get_context())
-    )
-    alone, context = bare.get_system(), bare.get_mutable_context()
-    alone.SetPositionsAndVelocities(context, state)
-    first = alone.GetJointActuatorIndices()[0]
-    instance = alone.get_joint_actuator(first).model_instance()
-    alone.get_desired_state_input_port(instance).FixValue(context, state)
+    there = plant.GetMyContextFromRoot(whole.get_context())
+    alone = bare.get_system()
+    if isinstance(alone, Diagram):
+        alone = alone.GetSubsystemByName("plant")
+    here = alone.GetMyMutableContextFromRoot(bare.get_mutable_context())
+    alone.SetPositionsAndVelocities(here, plant.get_state_output_port().Eval(there))
+    # Desired states and torques.
+    for i in range(plant.num_input_ports()):
+        port = plant.get_input_port(i)
+        if port.get_data_type() == PortDataType.kVectorValued and port.HasValue(there):
+            alone.get_input_port(i).FixValue(here, port.Eval(there))
 
 
 def threading_ratios(

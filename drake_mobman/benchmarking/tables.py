@@ -4,6 +4,7 @@ from typing import Any
 
 from drake_mobman.analysis.markdown import markdown_table
 from drake_mobman.benchmarking.cases import BLOCK, COMPILED, LAW, REFERENCE, SOLVER
+from drake_mobman.benchmarking.control_tick import DIFF_IK
 from drake_mobman.benchmarking.costs import Cost
 
 _TABLE_3 = (
@@ -17,6 +18,9 @@ _HEADINGS = {
     COMPILED: "Compiled block in a diagram",
     SOLVER: "Solution of the program alone, its matrices given, beside the bare law",
 }
+
+
+_BLOCKS = {"python": "Python blocks", "compiled": "compiled", "bare": "bare plant"}
 
 
 def report(content: dict[str, Any], name: str) -> str:
@@ -51,10 +55,41 @@ def report(content: dict[str, Any], name: str) -> str:
         "Simulated over wall time, with all blocks and loggers; and of the plant alone,"
         " where there is one.",
         _factor_table(content["real_time_factors"]),
+        *_tick_parts(content["control_tick"]),
+        *_wheels_parts(content["wheels"]),
         f"Two compiled diagrams of `{name}` in two threads take"
         f" {_with_quartiles(content['two_threads'])} times the wall time of one.",
     ]
     return "\n\n".join(parts)
+
+
+def _tick_parts(tick: dict[str, Any]) -> list[str]:
+    return [
+        "### Control tick",
+        f"Decomposer and arm inverse in a diagram, over {tick['ticks']} ticks of"
+        f" `{tick['scenario']}` [µs]. The ratio is to {DIFF_IK}.",
+        _cost_table(tick["costs"]),
+    ]
+
+
+def _wheels_parts(wheels: dict[str, Any]) -> list[str]:
+    servo, rolling = wheels["factors"].values()
+    rows = [
+        [
+            blocks,
+            _digits(servo[kind]),
+            _digits(rolling[kind]),
+            _with_quartiles(wheels["wheels_to_servo"][kind]),
+        ]
+        for kind, blocks in _BLOCKS.items()
+    ]
+    names = [f"!{name}" for name in wheels["factors"]]
+    return [
+        "### On wheels",
+        f"Simulated over wall time of `{wheels['scenario']}` at each fidelity, its step"
+        f" {1e3 * wheels['step']:g} ms; and how many times the wall time wheels cost.",
+        markdown_table(["blocks", *names, "wheels / servo"], rows),
+    ]
 
 
 def _cost_table(costs: dict[str, Cost]) -> str:
@@ -71,7 +106,7 @@ def _cost_table(costs: dict[str, Cost]) -> str:
 
 
 def _factor_table(factors: dict[str, Any]) -> str:
-    keys = ("python", "compiled", "bare")
+    keys = _BLOCKS
     rows = [
         [
             name,
@@ -83,7 +118,7 @@ def _factor_table(factors: dict[str, Any]) -> str:
         ]
         for name, taken in factors.items()
     ]
-    heading = ["scenario", "Python blocks", "compiled", "bare plant"]
+    heading = ["scenario", *_BLOCKS.values()]
     return markdown_table([*heading, "compiled / Python", "compiled / bare"], rows)
 
 

@@ -38,7 +38,7 @@ def compare(
         str,
         typer.Option(
             metavar="NAME,...",
-            help="As in drake,mujoco: what steps the robot; alone, or with the above.",
+            help="As in drake,mujoco: what steps the robot; alone, or with any other.",
         ),
     ] = "",
     over: Annotated[
@@ -58,9 +58,9 @@ def compare(
     if not (decomposers or engine or over):
         refuse("give --decomposers NAME,..., --engine NAME,... or --over STUDY")
     if over:
-        if decomposers or engine:
-            refuse("--over STUDY has its own decomposers and engines; give it alone")
-        compare_over(over, scenarios, set_, out)
+        if decomposers:
+            refuse("--over STUDY has its own decomposers; give it alone")
+        compare_over(over, scenarios, set_, out, engine)
     if not scenarios:
         refuse("give a SCENARIO to compare on")
 

@@ -25,12 +25,12 @@ def completed_studies(incomplete: str) -> list[str]:
 
 
 def compare_over(
-    name: str, scenarios: list[str], overrides: list[str], out: Path
+    name: str, scenarios: list[str], overrides: list[str], out: Path, engines: str = ""
 ) -> NoReturn:
-    """Runs a study, and exits with its status."""
+    """Runs a study, in each of some engines, and exits with its status."""
 
     def work(stop: "Stop") -> int:
-        study = chosen_or_refused(name)
+        study = chosen_or_refused(name, engines)
         given = scenarios or [""]
         if study.own and (scenarios or overrides):
             refuse(
@@ -48,14 +48,21 @@ def compare_over(
     until_stopped(work)
 
 
-def chosen_or_refused(name: str) -> "Study":
-    """Returns a study by its name, or refuses."""
-    from drake_mobman.analysis.studies import STUDIES
+def chosen_or_refused(name: str, engines: str) -> "Study":
+    """Returns a study by its name, in the engines that are named, or refuses."""
+    from drake_mobman.analysis.compare import chosen_engines
+    from drake_mobman.analysis.studies import STUDIES, InEngines
+    from drake_mobman.parameters import ParameterError
 
     if name not in STUDIES:
         known = ", ".join(STUDIES)
         refuse(f"--over: {name} is not valid; must be one of {known}")
-    return STUDIES[name]
+    if not engines:
+        return STUDIES[name]
+    try:
+        return InEngines(STUDIES[name], chosen_engines(engines.split(",")))
+    except ParameterError as error:
+        refuse(error)
 
 
 def rows_or_refused(

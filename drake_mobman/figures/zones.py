@@ -4,7 +4,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobman import signals
-from drake_mobman.base.velocity_field import Zone, field_zone, signed_distances
+from drake_mobman.base.velocity_field import (
+    Zone,
+    bearing,
+    field_zone,
+    signed_distances,
+)
 from drake_mobman.figures.law import law_of, name_of
 from drake_mobman.figures.run_figure import RunFigure
 from drake_mobman.figures.style import (
@@ -44,9 +49,9 @@ def draw_zones(run: Run) -> Figure:
     field, reach = law_of(run.scenario), run.scenario.robot.reach()
     d_f, d_r = np.array([signed_distances(p, reach, field.b_d) for p in points]).T
     zone = np.array([field_zone(p, field, reach) for p in points]).astype(int)
-    phi = np.arctan2(points[:, 1], points[:, 0])
+    phi = np.array([bearing(p, reach) for p in points])
     figure = new_figure(3.9)
-    distance, bearing = figure.subplots(2, 1, sharex=True)
+    distance, angle = figure.subplots(2, 1, sharex=True)
 
     distances = {
         "r_f": reach.r_f,
@@ -64,13 +69,13 @@ def draw_zones(run: Run) -> Figure:
 
     angles = symmetric(r"\varphi_\mathrm{min}", field.phi_min)
     angles |= symmetric(r"\varphi_\mathrm{max}", field.phi_max)
-    bearing.plot(time, phi, color=ARM, lw=1.2, label=r"$\varphi$")
-    bearing.set_ylim(span(phi, [*angles.values()]))
-    draw_limits(bearing, angles)
-    label_axes(bearing, TIME, r"bearing $\varphi$ [rad]", "b")
+    angle.plot(time, phi, color=ARM, lw=1.2, label=r"$\varphi$")
+    angle.set_ylim(span(phi, [*angles.values()]))
+    draw_limits(angle, angles)
+    label_axes(angle, TIME, r"bearing $\varphi$ [rad]", "b")
 
     for name, (flag, colour) in ZONES.items():
-        axes = bearing if flag == Zone.ROTATION else distance
+        axes = angle if flag == Zone.ROTATION else distance
         draw_band(axes, time, zone & flag > 0, colour, name)
     return finish(figure, f"Zones of $T$, {name_of(field)}, passive where white")
 

@@ -3,6 +3,7 @@
 import dataclasses as dc
 import math
 
+from drake_mobman.base.velocity_field import VelocityField
 from drake_mobman.guidance.guiding_hand import Waypoint
 from drake_mobman.guidance.planned import Planned
 from drake_mobman.robot_model import RobotDescription
@@ -13,6 +14,12 @@ from drake_mobman.teleop.scripted import Held, Script, Smooth
 
 _OF_BASE = 0.4
 """Speed of the end effector as a share of the base's: the base can catch up."""
+
+_OF_FORWARD, _OF_RETREAT = 0.5, 0.8
+"""Of the base's speeds where its forward and retreat zones end, what a hand makes."""
+
+_PEAK = 1.5
+"""Of a hand's mean speed between two rests, its largest."""
 
 _CROSSING = 0.9
 """Least time in which the end effector crosses its workspace [s]."""
@@ -67,7 +74,7 @@ def fitted_teleop(robot: RobotDescription) -> Teleop:
 
 
 def fitted_guided(robot: RobotDescription) -> Guided:
-    """Returns a path of a hand that leads a robot, at half of the base's speed.
+    """Returns a path of a hand that leads a robot, no faster than its base follows.
 
     Ahead, through a quarter of a circle to the left, back towards the body, which gives
     way, and up and down while going ahead.
@@ -77,6 +84,8 @@ def fitted_guided(robot: RobotDescription) -> Guided:
     """
     plain = Guided(robot=robot, fidelity=Servo())
     reach, speed = robot.reach(), _OF_BASE * plain.smoother.limits().max_speed
+    if isinstance(plain.field, VelocityField):
+        speed = min(speed, _followed(plain.field) / _PEAK)
     path = Path(plain.hand.path[0], speed, reach.r_f)
     low = max(-0.25 * reach.r_f, 0.1 - path.end.z)
     path.rest().go(x=4.0)
@@ -93,6 +102,15 @@ def fitted_guided(robot: RobotDescription) -> Guided:
         source=Planned(),
         hand=hand,
     )
+
+
+def _followed(field: VelocityField) -> float:
+    """Returns the speed [m/s] at which the base follows well inside of its zones.
+
+    Beyond, a short arm is stretched or folded before its base is as fast as the hand.
+    """
+    ahead, back = field.K_f * field.Delta_f, field.K_r * field.Delta_r
+    return min(_OF_FORWARD * ahead, _OF_RETREAT * back)
 
 
 class Path:

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.symbolic import MakeVectorVariable
@@ -66,11 +66,16 @@ def paper(p, k, reach):
         [d_r < k.Delta_r, d_f < k.Delta_f],
         [-k.K_r * (k.Delta_r - d_r), k.K_f * (k.Delta_f - d_f)],
     )
-    phi = math.atan2(p[1], p[0])
+    x, y, _ = from_c
+    phi = math.atan2(y, x)
     s = np.clip((np.abs(phi) - k.phi_min) / (k.phi_max - k.phi_min), 0, 1)
     if k.law == "projected":
-        v = v * p[0] / math.hypot(p[0], p[1])
-    return float(v), k.K_omega * np.sign(phi) * np.polyval([-2, 3, 0, 0], s)
+        v = v * p[0] / math.hypot(p[0], y)
+    # How the bearing changes where the base turns at 1 rad/s, T at rest.
+    x_dot, y_dot = p[1], -p[0]
+    closing = -(x * y_dot - y * x_dot) / (x * x + y * y)
+    helps = np.polyval([-2, 3, 0, 0], np.clip(2 * closing, 0, 1))
+    return float(v), helps * k.K_omega * np.sign(phi) * np.polyval([-2, 3, 0, 0], s)
 
 
 @every_field
@@ -118,6 +123,43 @@ def test_field_is_as_worked_out_by_hand(p, printed, projected, omega, zone):
         (projected, omega), abs=ROUNDING
     )
     assert field_zone(p, PRINTED, REACH) == zone
+
+
+@given(
+    p=st.tuples(*[st.floats(-1.2, 1.2)] * 2),
+    ahead=st.floats(-0.4, 0.4),
+    aside=st.floats(-0.3, 0.3),
+)
+def test_turning_never_takes_a_hand_at_rest_further_aside(p, ahead, aside):
+    reach = dc.replace(REACH, ahead=ahead, aside=aside)
+    _, omega = field_velocity((*p, REACH.l_0), PROJECTED, reach)
+    x, y, step = p[0] - ahead, p[1] - aside, 1e-6
+    # Past the shoulder, the bearing jumps by a turn.
+    assume(math.hypot(x, y) > 1e-3 and abs(math.atan2(y, x)) < 3.14)
+    c, s = math.cos(step * omega), math.sin(step * omega)
+    turned = c * p[0] + s * p[1] - ahead, c * p[1] - s * p[0] - aside
+    before, after = math.atan2(y, x), math.atan2(turned[1], turned[0])
+    assert abs(after) <= abs(before) + ROUNDING
+
+
+@pytest.mark.parametrize(("ahead", "aside"), [(0.0, 0.2), (0.2, -0.2), (-0.3, 0.1)])
+@pytest.mark.parametrize("bearing", [-2.9, -1.5, -0.6, 0.0, 0.8, 2.0, 3.0])
+def test_the_base_rests_with_a_hand_at_rest_ahead_of_its_shoulder(
+    ahead, aside, bearing
+):
+    reach = dc.replace(REACH, ahead=ahead, aside=aside)
+    x, y, theta = pose = np.zeros(3)
+    hand = ahead + 0.6 * math.cos(bearing), aside + 0.6 * math.sin(bearing)
+    for _ in range(6000):
+        x, y, theta = pose
+        c, s = math.cos(theta), math.sin(theta)
+        p = c * (hand[0] - x) + s * (hand[1] - y), c * (hand[1] - y) - s * (hand[0] - x)
+        v, omega = field_velocity((*p, REACH.l_0), PROJECTED, reach)
+        pose = pose + PERIOD * np.array([v * c, v * s, omega])
+    phi = math.atan2(p[1] - aside, p[0] - ahead)
+    assert abs(phi) < PROJECTED.phi_min + 0.02
+    assert abs(v) < 0.01
+    assert abs(omega) < 0.01
 
 
 def jump(params, p, direction):

@@ -27,6 +27,7 @@ from drake_mobman.benchmarking.cases import (
     SOLVER,
     benchmark_cases,
 )
+from drake_mobman.benchmarking.control_tick import DIFF_IK, control_tick_cases
 from drake_mobman.benchmarking.costs import tick_costs
 from drake_mobman.benchmarking.optimization_case import Solution, Solver
 from drake_mobman.benchmarking.programs import (
@@ -318,6 +319,40 @@ def test_bare_plant_stands_where_the_whole_one_does():
     assert np.abs(got[3 + len(arm) :]).max() > 0.01
 
 
+def test_bare_robot_stands_on_its_wheels_and_is_driven_as_the_whole_one():
+    scenario = load_scenario("kwon_franka", ["fidelity=!Wheels {}"])
+    whole, bare = compiled_simulator(scenario), bare_plant(scenario)
+    whole.AdvanceTo(3.0)
+    follow(bare, whole)
+    bare.AdvanceTo(0.2)
+    plant = bare.get_system().GetSubsystemByName("plant")
+    here = plant.GetMyContextFromRoot(bare.get_context())
+    X_WB = plant.GetBodyByName("base").EvalPoseInWorld(here)
+    assert X_WB.translation()[2] == pytest.approx(0.0, abs=1e-4)
+    pose = whole.get_system().GetOutputPort(signals.BASE_POSE)
+    x, y, _ = pose.Eval(whole.get_context())
+    speed = np.hypot(*(X_WB.translation()[:2] - [x, y])) / 0.2
+    velocity = whole.get_system().GetOutputPort(signals.BASE_VELOCITY)
+    v, *_ = velocity.Eval(whole.get_context())
+    assert v > 0.05
+    assert speed == pytest.approx(v, rel=0.02)
+
+
+def test_control_tick_does_what_the_run_did():
+    scenario = load_scenario("kwon_franka", ["duration=3"])
+    run = simulate(scenario)
+    cases, ticks = control_tick_cases(scenario, run)
+    base, arm = run[signals.BASE_COMMAND], run[signals.ARM_VELOCITY_COMMAND]
+    sent = np.hstack([base, arm])
+    assert np.abs(sent).max() > 0.1
+    for name in ("exact, compiled", "exact, in Python"):
+        assert told(cases[name], ticks) == pytest.approx(sent, abs=ROUNDING)
+    for name in (DIFF_IK, "diffik, in Python"):
+        other = told(cases[name], ticks)
+        assert np.isfinite(other).all()
+        assert np.abs(other - sent).max() > 0.01
+
+
 def test_there_is_no_bare_plant_where_none_is_stepped(scenario):
     assert bare_plant(scenario) is None
 
@@ -350,7 +385,8 @@ class HalfASecond:
 def test_factors_are_simulated_over_wall_time_within_the_scenario():
     clock = HalfASecond()
     scenario = load_scenario("petric_teleop", ["duration=0.9"])
-    factors = real_time_factors(scenario, 2, stretch=2.0, timed=clock)
+    named = real_time_factors({"teleop": scenario}, 2, stretch=2.0, timed=clock)
+    factors = named["teleop"]
     # Three stretches, the first to warm up, fill the scenario.
     assert {name: len(taken) for name, taken in factors.items()} == {
         "python": 2,
@@ -427,6 +463,18 @@ def test_bench_prints_tables_and_writes_their_numbers(tmp_path):
             cost = costs[name]
             assert cost["min_us"] <= cost["median_us"] <= cost["p99_us"]
             assert cost["p99_us"] <= cost["max_us"]
+    heading, _, *rows = tables["Control tick"]
+    costs = content["control_tick"]["costs"]
+    assert [row[0] for row in rows] == list(costs)
+    for name, *_, median, _, _, _, _ in rows:
+        assert float(median) == pytest.approx(costs[name]["median_us"], rel=5e-3)
+    heading, _, *rows = tables["On wheels"]
+    assert heading[1:] == ["!Servo", "!Wheels", "wheels / servo"]
+    assert [row[0] for row in rows] == ["Python blocks", "compiled", "bare plant"]
+    for row, ratio in zip(
+        rows, content["wheels"]["wheels_to_servo"].values(), strict=True
+    ):
+        assert float(row[3].split()[0]) == pytest.approx(ratio["median"], rel=5e-3)
     heading, _, *rows = tables["Real-time factor"]
     assert [row[0] for row in rows] == ["kwon_1", "petric_behind"]
     bare = heading.index("bare plant")
@@ -462,6 +510,7 @@ def test_what_cannot_be_built_is_left_out_and_listed():
 def test_report_tells_of_ticks_that_found_nothing():
     cost = dict.fromkeys(["mean_us", "median_us", "p99_us", "max_us", "min_us"], 1.0)
     cost |= {"ratio": {"median": 1.0, "low": 1.0, "high": 1.0}, "unsolved": 7}
+    speeds = dict.fromkeys(["python", "compiled", "bare"], 7.0)
     content = {
         "ran_on": {"date": "2026-01-01", "processor": "P", "cores": 2, "python": "3"},
         "core_share": 0.5,
@@ -470,6 +519,13 @@ def test_report_tells_of_ticks_that_found_nothing():
         "costs": {LAW: {"diffik": cost}, SOLVER: {}},
         "missing": [],
         "real_time_factors": {},
+        "control_tick": {"scenario": "kwon_franka", "ticks": 9, "costs": {}},
+        "wheels": {
+            "scenario": "kwon_franka",
+            "step": 0.002,
+            "factors": {"Servo": speeds, "Wheels": speeds},
+            "wheels_to_servo": dict.fromkeys(speeds, cost["ratio"]),
+        },
         "two_threads": cost["ratio"],
     }
     text = report(content, "kwon_1")

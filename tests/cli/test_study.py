@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drake_mobman.analysis.studies import STUDIES
+from drake_mobman.analysis.studies.robots import fitted
 from drake_mobman.cli.app import app
 from drake_mobman.cli.study import completed_studies
 from drake_mobman.robots.file import File
@@ -38,12 +39,18 @@ def test_every_robot_has_a_row_with_its_runs_numbers(tmp_path, monkeypatch):
     assert result.exit_code == 0, result.stderr
     content = json.loads((tmp_path / "over_robots" / "study.json").read_text())
     runs, numbers = content["metrics"]["fetch"], content["table"]["fetch"]
-    assert list(runs) == ["exact", "blending", "guided"]
+    assert list(runs) == ["exact", "blending", "exact on wheels", "guided"]
+    rolling = runs["exact on wheels"]["ee_error_rms"]
+    assert numbers["on wheels"] == pytest.approx(1e3 * rolling)
     assert numbers["exact"] == pytest.approx(1e3 * runs["exact"]["ee_error_rms"])
     assert numbers["hand force"] == runs["guided"]["hand_force_max"]
     page = (tmp_path / "over_robots" / "study.md").read_text()
     assert "| fetch" in page
     assert "fetch" in result.stdout
+
+
+def test_a_robot_without_wheels_is_not_driven_on_them():
+    assert "exact on wheels" not in fitted(File(str(robot_paths()["pr2"])))
 
 
 def test_each_robot_that_comes_along_can_be_used():

@@ -1,5 +1,6 @@
 """`mobman compare --engine`: one scenario in several engines, in one table."""
 
+import dataclasses as dc
 import json
 
 import pytest
@@ -10,9 +11,11 @@ from drake_mobman.analysis.compare import (
     chosen_engines,
     variants_of,
 )
+from drake_mobman.analysis.studies import STUDIES, InEngines, Studied
 from drake_mobman.cli import app as cli
 from drake_mobman.engines import Drake, Mujoco
-from drake_mobman.scenario import load_scenario
+from drake_mobman.scenario import ScenarioError, load_scenario
+from drake_mobman.scenario_files import robot_paths
 
 
 def compare(*arguments):
@@ -68,3 +71,78 @@ def test_a_scenario_without_masses_is_refused_before_anything_runs(tmp_path):
 
 def test_without_anything_to_compare_the_options_are_named(tmp_path):
     assert "--engine NAME,..." in refused("kwon_franka", "--out", tmp_path)
+
+
+@pytest.fixture
+def quick_robots(monkeypatch):
+    """Leaves two robots and a short run of each in the study of robots."""
+    study = STUDIES["robots"]
+    whole, some = study.rows, {x: robot_paths()[x] for x in ("fetch", "gen3")}
+    monkeypatch.setattr(
+        "drake_mobman.analysis.studies.robots.robot_paths", lambda: some
+    )
+
+    def short(_self, given):
+        return {
+            row: {k: dc.replace(x, duration=0.05) for k, x in runs.items()}
+            for row, runs in whole(given).items()
+        }
+
+    monkeypatch.setattr(type(study), "rows", short)
+
+
+@pytest.mark.usefixtures("quick_robots")
+def test_a_study_in_both_engines_has_its_columns_side_by_side(tmp_path):
+    options = ["--engine", "drake,mujoco", "--out", tmp_path]
+    result = compare("--over", "robots", *options)
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "over_robots" / "study.json").read_text())
+    assert [*content["table"]] == ["fetch", "gen3"]
+    for row, numbers in content["table"].items():
+        assert [*numbers][:4] == [
+            "exact, drake",
+            "exact, mujoco",
+            "blending, drake",
+            "blending, mujoco",
+        ]
+        runs = content["metrics"][row]
+        assert "mujoco" in runs["exact, mujoco"]["versions"]
+        for engine in ("drake", "mujoco"):
+            force = runs[f"guided, {engine}"]["hand_force_max"]
+            assert numbers[f"hand force, {engine}"] == force
+    page = (tmp_path / "over_robots" / "study.md").read_text()
+    assert "exact, drake [mm/s] | exact, mujoco [mm/s]" in page
+
+
+def test_columns_of_an_engine_are_worked_out_from_its_runs_alone():
+    engines = chosen_engines(["drake", "mujoco"])
+    errors = {"drake": {"exact": 0.002, "blending": 0.05}, "mujoco": {"exact": 0.004}}
+    of_row = {
+        f"{name}, {engine}": {"ee_error_rms": error}
+        for engine, runs in errors.items()
+        for name, error in runs.items()
+    }
+    done = Studied(InEngines(STUDIES["robots"], engines), {"fetch": of_row})
+    numbers = done.numbers()["fetch"]
+    assert numbers["exact, drake"] == pytest.approx(2.0)
+    assert numbers["exact, mujoco"] == pytest.approx(4.0)
+    assert numbers["ratio, drake"] == pytest.approx(25.0)
+    assert numbers["ratio, mujoco"] is None  # Of a run that is not there.
+
+
+def test_a_study_refuses_an_engine_that_is_not_one(tmp_path):
+    line = refused("--over", "robots", "--engine", "bullet", "--out", tmp_path)
+    assert "--engine: 'bullet' is not valid; must be one of drake, mujoco" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_row_that_an_engine_cannot_step_is_refused_by_its_name():
+    class Fidelities:
+        name, help, own, columns = "fidelities", "each", True, ()
+
+        def rows(self, _):
+            return {"massless": {"run": load_scenario("kwon_1")}}
+
+    study = InEngines(Fidelities(), chosen_engines(["mujoco"]))
+    with pytest.raises(ScenarioError, match="massless: with engine=mujoco: engine"):
+        study.rows(None)

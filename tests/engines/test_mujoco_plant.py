@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from pydrake.geometry import (
     AddContactMaterial,
+    Box,
+    Convex,
     HalfSpace,
     ProximityProperties,
     SceneGraph,
@@ -12,6 +14,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import (
+    ModelInstanceIndex,
     PdControllerGains,
     PrismaticJoint,
     RevoluteJoint,
@@ -21,6 +24,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_mobman.engines import Drake, Mujoco
+from drake_mobman.parameters import ParameterError
 
 ENGINES = {"drake": Drake(), "mujoco": Mujoco()}
 
@@ -131,6 +135,83 @@ def test_a_ball_sinks_into_the_floor_by_its_stiffness(engine, stiffness):
     sunk = 5.0 * G / stiffness
     assert 0.1 - z == pytest.approx(sunk, rel=1e-3)
     assert (v_x, v_z) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def balls_on_tiles():
+    """Returns a plant of a soft and a hard ball on a floor of two boxes."""
+    plant, scene_graph = new_plant(), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    world = plant.world_body()
+    for name, x in (("left", -5.0), ("right", 5.0)):
+        box, X_WG = Box(10.0, 10.0, 1.0), RigidTransform([x, 0.0, -0.5])
+        plant.RegisterCollisionGeometry(world, X_WG, box, name, material(0.5, 1e12))
+    for name, stiffness in (("soft", 1e5), ("hard", 1e6)):
+        ball, _ = add_axis(plant, PrismaticJoint, name, world, [0, 0, 1], 5.0, 0.1)
+        place = RigidTransform([3.0 if name == "hard" else -3.0, 0.0, 0.0])
+        plant.RegisterCollisionGeometry(
+            ball, place, Sphere(0.1), name, material(0.5, stiffness)
+        )
+    plant.Finalize()
+    return plant, scene_graph
+
+
+@pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES.keys())
+def test_each_of_several_balls_sinks_by_its_own_stiffness(engine):
+    # MuJoCo sorts pairs of geometries by their bodies.
+    plant, scene_graph = balls_on_tiles()
+    plant.SetDefaultPositions([0.1, 0.1])
+    ((soft, hard, *_),) = stepped(engine, plant, lambda *_: None, [1.0], scene_graph)
+    assert 0.1 - soft == pytest.approx(5.0 * G / 1e5, rel=1e-3)
+    assert 0.1 - hard == pytest.approx(5.0 * G / 1e6, rel=1e-3)
+
+
+@pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES.keys())
+def test_the_forces_of_contacts_are_put_out_without_those_of_servos(engine):
+    plant, scene_graph = ball_on_a_floor(10.0, 1e6, 0.5, 0.5)
+    plant.SetDefaultPositions([0.0, 0.1])
+    builder = DiagramBuilder()
+    system = engine.add_to(builder, plant, scene_graph)
+    port = system.get_generalized_contact_forces_output_port(ModelInstanceIndex(1))
+    simulator = Simulator(builder.Build())
+    context = system.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    pull = system.get_applied_generalized_force_input_port()
+    pull.FixValue(context, [10.0, 0.0])
+    simulator.AdvanceTo(1.0)
+    # Friction holds against the pull, and the floor against the ball's half.
+    assert port.Eval(context) == pytest.approx([-10.0, 5.0 * G], abs=1e-3)
+
+
+@pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES.keys())
+def test_torques_for_all_actuators_are_in_their_order(engine):
+    plant = new_plant()
+    for name, mass in (("a", 2.0), ("b", 3.0)):
+        _, joint = add_axis(
+            plant, PrismaticJoint, name, plant.world_body(), [1, 0, 0], mass, 0.1
+        )
+        plant.AddJointActuator(name, joint)
+    plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
+    plant.Finalize()
+
+    def inputs(system, context):
+        system.get_actuation_input_port().FixValue(context, [1.0, -6.0])
+
+    ((_, _, a, b),) = stepped(engine, plant, inputs, [0.5 - STEP / 2])
+    assert (a, b) == pytest.approx((0.5 / 2.0, -6.0 * 0.5 / 3.0), rel=1e-6)
+
+
+def test_a_shape_that_mujoco_cannot_have_is_refused_by_name():
+    plant, scene_graph = new_plant(), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    world = plant.world_body()
+    ball, _ = add_axis(plant, PrismaticJoint, "z", world, [0, 0, 1], 1.0, 0.1)
+    shape = Convex(0.1 * np.vstack([np.eye(3), np.zeros(3)]).T, "tip")
+    plant.RegisterCollisionGeometry(
+        ball, RigidTransform(), shape, "tip", material(0.5, 1e6)
+    )
+    plant.Finalize()
+    with pytest.raises(ParameterError, match="cannot have a Convex touch") as error:
+        Mujoco().add_to(DiagramBuilder(), plant, scene_graph)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("engine", ENGINES.values(), ids=ENGINES.keys())

@@ -5,6 +5,8 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
+from drake_mobman.base.velocity_field import field_velocity
+from drake_mobman.guidance.guiding_hand import peak_speed
 from drake_mobman.parameters import checked
 from drake_mobman.robots import FrankaTiago, Kinematic, Spatial
 from drake_mobman.scenario import Guided, Teleop, load_scenario
@@ -73,3 +75,14 @@ def test_hand_stays_above_the_floor():
     scenario = fitted_guided(low)
     assert min(point.z for point in scenario.hand.path) >= 0.1
     assert isinstance(scenario, Guided)
+
+
+def test_hand_of_a_short_arm_is_no_faster_than_its_base_follows():
+    """By the field itself, T at rest half into the forward zone."""
+    short = Spatial(upper_link=0.25, lower_link=0.25, shoulder_height=0.5)
+    scenario = fitted_guided(short)
+    field, reach = scenario.field, short.reach()
+    edge = reach.r_f - field.Delta_f / 2
+    v, _ = field_velocity((reach.ahead + edge, reach.aside, reach.l_0), field, reach)
+    assert peak_speed(scenario.hand) <= v * 1.001
+    assert peak_speed(scenario.hand) < 0.5 * scenario.smoother.max_speed

@@ -6,6 +6,7 @@ from drake_mobman.analysis.compare import decomposers_by_name, with_each
 from drake_mobman.analysis.studies.study import Column, metric, ratio
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.file import File
+from drake_mobman.robots.wheels import Wheels
 from drake_mobman.scenario import AnyScenario, ScenarioError
 from drake_mobman.scenario.fitted import fitted_guided, fitted_teleop
 from drake_mobman.scenario_files import robot_paths
@@ -17,7 +18,10 @@ _EXACT, _BLENDING = (
 
 @dc.dataclass(frozen=True)
 class Robots:
-    """Each robot driven by the same stick, decomposed exactly and blended; and led."""
+    """Each robot driven by the same stick, decomposed exactly and blended; and led.
+
+    Those that have wheels are driven on them too.
+    """
 
     name: str = "robots"
     help: str = "each robot of the package, driven by a stick and led by hand"
@@ -26,6 +30,7 @@ class Robots:
         Column("exact", "mm/s", _EXACT),
         Column("blending", "mm/s", _BLENDING),
         Column("ratio", "", ratio(_BLENDING, _EXACT)),
+        Column("on wheels", "mm/s", metric("exact on wheels", "ee_error_rms", 1e3)),
         Column("hand force", "N", metric("guided", "hand_force_max")),
         Column("hand error", "cm", metric("guided", "hand_error_max", 1e2)),
     )
@@ -38,12 +43,17 @@ class Robots:
 def fitted(robot: File) -> dict[str, AnyScenario]:
     """Returns the scenarios of a robot: driven exactly, blended, and led by hand.
 
+    And driven exactly on its wheels, where it has any.
+
     Raises:
         ScenarioError: where one does not fit.
     """
     chosen = {name: decomposers_by_name()[name] for name in ("exact", "blending")}
     try:
-        guided = checked(fitted_guided(robot))
-        return {**with_each(fitted_teleop(robot), chosen), "guided": guided}
+        found = with_each(fitted_teleop(robot), chosen)
+        if robot.described().layout.wheels:
+            rolling = dc.replace(found["exact"], fidelity=Wheels())
+            found["exact on wheels"] = checked(rolling)
+        return {**found, "guided": checked(fitted_guided(robot))}
     except ParameterError as error:
         raise ScenarioError(str(error)) from None

@@ -26,8 +26,12 @@ _QUICKEST = 0.3
 _LEAST_IMPEDANCE = 0.5
 """Least share of a contact's acceleration that MuJoCo lets its spring decide."""
 
-_BRAKING = 100.0
-"""Rate at which friction stops a slip where it can [1/s]. Faster, a slip lifts more."""
+_BRAKING = 200.0
+"""Rate at which friction stops a slip where it can [1/s]. Faster, a slip lifts more.
+
+MuJoCo leaves out how a contact's own axes turn: on an arc, a wheel slips aside by its
+speed times its yaw rate over this.
+"""
 
 
 @dc.dataclass(frozen=True)
@@ -41,7 +45,9 @@ class Contact:
     stiffness: float  # Infinite for a rigid one [N/m].
 
 
-def add_contacts(spec: Any, plant: Any, scene_graph: Any, bodies: Any) -> list[Any]:
+def add_contacts(
+    spec: Any, plant: Any, scene_graph: Any, bodies: Any
+) -> dict[str, float]:
     """Adds a plant's collision geometry to an `MjSpec`, and its pairs.
 
     Args:
@@ -51,7 +57,7 @@ def add_contacts(spec: Any, plant: Any, scene_graph: Any, bodies: Any) -> list[A
         bodies: of the spec, by indices in the plant.
 
     Returns:
-        The stiffness of each pair [N/m], in the order of the pairs.
+        The stiffness of each pair [N/m], by its name: MuJoCo sorts pairs by bodies.
     """
     inspector = scene_graph.model_inspector()
     contacts: list[Contact] = []
@@ -65,17 +71,17 @@ def add_contacts(spec: Any, plant: Any, scene_graph: Any, bodies: Any) -> list[A
             )
             properties = inspector.GetProximityProperties(id_)
             contacts.append(Contact(id_, index, name, **_material(properties)))
-    stiffness = []
+    stiffness = {}
     for a, b in itertools.combinations(contacts, 2):
         if a.body == b.body or inspector.CollisionFiltered(a.id, b.id):
             continue
-        _add_pair(spec, a, b)
-        stiffness.append(1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness))
+        name = _add_pair(spec, a, b)
+        stiffness[name] = 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness)
     return stiffness
 
 
-def set_stiffness(model: Any, stiffness: list[float]) -> None:
-    """Sets how stiff the pairs of a model are [N/m], and damps them critically.
+def set_stiffness(model: Any, stiffness: dict[str, float]) -> None:
+    """Sets how stiff a model's pairs are, by name [N/m], and damps them critically.
 
     A pair at rest bears `S r / ((1 - d) A)` at a depth of r, with S the stiffness of
     its `solref`, d the impedance, and A the inverse of its apparent mass. It swings at
@@ -83,7 +89,8 @@ def set_stiffness(model: Any, stiffness: list[float]) -> None:
     where it slips. d is as small as the step allows.
     """
     fastest = (_QUICKEST / model.opt.timestep) ** 2
-    for i, k in enumerate(stiffness):
+    for name, k in stiffness.items():
+        i = model.pair(name).id
         bodies = model.geom_bodyid[[model.pair_geom1[i], model.pair_geom2[i]]]
         A = model.body_invweight0[bodies, 0].sum()
         S = min((1.0 - _LEAST_IMPEDANCE) * k * A, fastest)
@@ -134,13 +141,16 @@ def _shape(shape: Any) -> tuple[Any, list[float]]:
     raise ParameterError("engine", "!Mujoco", f"cannot have a {name} touch anything")
 
 
-def _add_pair(spec: Any, a: Contact, b: Contact) -> None:
-    """Adds a pair of geometries that may touch; their friction is as Drake has it."""
+def _add_pair(spec: Any, a: Contact, b: Contact) -> str:
+    """Adds two geometries that may touch, with Drake's friction; returns the name."""
+    name = f"{a.name}, {b.name}"
     both = a.friction + b.friction
     mu = 2.0 * a.friction * b.friction / both if both else 0.0
     spec.add_pair(
+        name=name,
         geomname1=a.name,
         geomname2=b.name,
         condim=3 if mu else 1,
         friction=[mu, mu, 0.0, 0.0, 0.0],
     )
+    return name

@@ -68,7 +68,7 @@ def make_model(
     _set_options(spec.option, plant.time_step() / substeps, impratio)
     spec.option.gravity = plant.gravity_field().gravity_vector()
     bodies, mapping = _add_tree(spec, plant)
-    stiffness = []
+    stiffness = {}
     if scene_graph is not None:
         stiffness = add_contacts(spec, plant, scene_graph, bodies)
     _add_rotors(spec, plant, mapping)

@@ -6,10 +6,19 @@ import mujoco
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
-from pydrake.systems.framework import InputPort, LeafSystem, OutputPort
+from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.framework import (
+    DiscreteStateIndex,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
 
 from drake_mobman.engines.mujoco.model import Mapping
 from drake_mobman.engines.mujoco.servos import Servos
+
+_FIRST_CONTACT = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)
+"""Kind of the solver's rows from which on they are of contacts."""
 
 
 class MujocoPlant(LeafSystem):
@@ -21,14 +30,19 @@ class MujocoPlant(LeafSystem):
         input_ports:
         - <instance>_actuation (for each with actuators)
         - <instance>_desired_state (for each with servos)
+        - actuation
         - applied_generalized_force
         - applied_spatial_force
         output_ports:
         - state
+        - <instance>_generalized_contact_forces (for each that moves)
 
-    The state is the plant's: positions, then velocities; and the accelerations from
-    which the solver starts in the next step. `MjData` is overwritten by them at each
-    step, so it holds nothing of its own.
+    The state is the plant's: positions, then velocities; the accelerations from which
+    the solver starts in the next step; and the forces of all contacts. `MjData` is
+    overwritten by them at each step, so it holds nothing of its own.
+
+    Torques of `actuation` and of an instance's port add up. The contacts' forces are
+    means over the last step, and zero before the first.
 
     Args:
         plant: discrete, finalized; its default positions become the default state.
@@ -65,8 +79,14 @@ class MujocoPlant(LeafSystem):
         """Returns the output of positions, then velocities."""
         return self._state
 
-    def get_actuation_input_port(self, instance: Any) -> InputPort:
-        """Returns the input of torques for an instance's actuators."""
+    def get_generalized_contact_forces_output_port(self, instance: Any) -> OutputPort:
+        """Returns the output of the contacts' forces, by an instance's velocities."""
+        return self._contact_forces[int(instance)]
+
+    def get_actuation_input_port(self, instance: Any = None) -> InputPort:
+        """Returns the input of torques for an instance's actuators, or for all."""
+        if instance is None:
+            return self._all_actuation
         return self._actuation[instance][0]
 
     def get_desired_state_input_port(self, instance: Any) -> InputPort:
@@ -87,7 +107,24 @@ class MujocoPlant(LeafSystem):
         start = np.concatenate([plant.GetDefaultPositions(), at_rest])
         motion = self.DeclareDiscreteState(start)
         self.DeclareDiscreteState(self.model.nv)
+        self.DeclareDiscreteState(plant.num_velocities())
         self._state = self.DeclareStateOutputPort("state", motion)
+        self._contact_forces: dict[int, OutputPort] = {}
+        everything = np.arange(plant.num_velocities())
+        for i in range(plant.num_model_instances()):
+            instance = ModelInstanceIndex(i)
+            at = plant.GetVelocitiesFromArray(instance, everything).astype(int)
+            if not len(at):
+                continue
+            name = plant.GetModelInstanceName(instance)
+            self._contact_forces[i] = self.DeclareVectorOutputPort(
+                f"{name}_generalized_contact_forces",
+                len(at),
+                lambda context, output, at=at: output.SetFromVector(
+                    context.get_discrete_state(2).value()[at]
+                ),
+                {self.discrete_state_ticket(DiscreteStateIndex(2))},
+            )
         self.DeclarePeriodicDiscreteUpdateEvent(plant.time_step(), 0.0, self._update)
 
     def _declare_inputs(self) -> None:
@@ -107,6 +144,9 @@ class MujocoPlant(LeafSystem):
                 size = 2 * len(at)
                 port = self.DeclareVectorInputPort(f"{name}_desired_state", size)
                 self._desired[instance] = port, at
+        self._all_actuation = self.DeclareVectorInputPort(
+            "actuation", len(self._actuators)
+        )
         self._generalized = self.DeclareVectorInputPort(
             "applied_generalized_force", plant.num_velocities()
         )
@@ -124,12 +164,27 @@ class MujocoPlant(LeafSystem):
             -self._limits[loose], self._limits[loose]
         )
         q_d, v_d = self._desired_state(context)[:, self._served]
+        pressed = np.zeros(self.model.nv)
         for _ in range(self.substeps):
             mujoco.mj_step1(self.model, data)
             self._servos.aim(data, q_d, v_d, torques[self._served])
             mujoco.mj_step2(self.model, data)
+            pressed += self._pressed() / self.substeps
         state.get_mutable_vector(0).SetFromVector(self._motion())
         state.get_mutable_vector(1).SetFromVector(data.qacc_warmstart)
+        force = pressed[self._dofs]
+        if not self._plain:
+            force = self.plant.MakeVelocityToQDotMap(self._context).T @ force
+        state.get_mutable_vector(2).SetFromVector(force)
+
+    def _pressed(self) -> np.ndarray:
+        """Returns the forces of contacts of the last step, by `qvel`."""
+        data, forces = self._data, np.zeros(self.model.nv)
+        touching = data.efc_type >= _FIRST_CONTACT
+        if touching.any():
+            of_contacts = np.where(touching, data.efc_force, 0.0)
+            mujoco.mj_mulJacTVec(self.model, data, forces, of_contacts)
+        return forces
 
     def _load(self, context: Any) -> None:
         """Puts the state of a context into `MjData`, without any forces."""
@@ -180,9 +235,11 @@ class MujocoPlant(LeafSystem):
     def _torques(self, context: Any) -> np.ndarray:
         """Returns the actuators' torques that are given, zero where they are not."""
         torques = np.zeros(len(self._actuators))
+        if self._all_actuation.HasValue(context):
+            torques += self._all_actuation.Eval(context)
         for port, at in self._actuation.values():
             if port.HasValue(context):
-                torques[at] = port.Eval(context)
+                torques[at] += port.Eval(context)
         return torques
 
     def _desired_state(self, context: Any) -> np.ndarray:

@@ -1,6 +1,5 @@
 """The field in slices, from the side and from above (Petric & Zlajpah, figs. 2, 3)."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from drake_mobman.base import Smoothing
-from drake_mobman.base.velocity_field import VelocityField, field_on, yaw_rate
+from drake_mobman.base.velocity_field import VelocityField, field_on, field_velocity
 from drake_mobman.figures.field.edges import (
     BODY,
     FORWARD,
@@ -140,6 +139,12 @@ def _draw_speed(
     )
 
 
+def _around(reach: Reach, r: Any, phi: Any, height: float) -> Any:
+    """Returns points (N, 3) [m] at distances and bearings from the shoulder's axis."""
+    x, y = reach.ahead + r * np.cos(phi), reach.aside + r * np.sin(phi)
+    return np.stack([x, y, height + 0 * r], axis=1)
+
+
 def _draw_turning(
     axes: Axes, height: float, params: VelocityField, reach: Reach
 ) -> Any:
@@ -150,19 +155,21 @@ def _draw_turning(
     for edge in (params.phi_min, params.phi_max):
         for side in (edge, -edge):
             s = np.linspace(params.b_d, 2 * reach.r_f, 721)
-            ray = np.stack([s * math.cos(side), s * math.sin(side), height + 0 * s], 1)
+            ray = _around(reach, s, side + 0 * s, height)
             ray = ray[distances_of(ray, params, reach)[0] >= 0]
             axes.plot(ray[:, 0], ray[:, 1], **RAYS)
     r, phi = (x.ravel() for x in np.meshgrid(_RINGS * reach.r_f, _SPOKES))
-    points = np.stack([r * np.cos(phi), r * np.sin(phi), height + 0 * r], axis=1)
-    omega = np.array([yaw_rate(x, params) for x in phi])
+    points = _around(reach, r, phi, height)
+    omega = np.array([field_velocity(p, params, reach)[1] for p in points.tolist()])
     shown = (distances_of(points, params, reach)[0] > 0) & (omega != 0)
-    points, phi, omega = points[shown], phi[shown], omega[shown]
+    points, omega = points[shown], omega[shown]
+    x, y = points[:, 0], points[:, 1]
+    out = np.hypot(x, y)
     return axes.quiver(
-        points[:, 0],
-        points[:, 1],
-        -omega * np.sin(phi),
-        omega * np.cos(phi),
+        x,
+        y,
+        -omega * y / out,
+        omega * x / out,
         angles="xy",
         scale_units="xy",
         scale=(params.K_omega or 1.0) / _ARROW,

@@ -26,7 +26,7 @@ _LEAST = 0.02
 
 
 def field(
-    reach: Reach, body_radius: float, nearest: float, base: Smoother
+    reach: Reach, body_radius: float, nearest: float, height: float, base: Smoother
 ) -> Derived[VelocityField]:
     """Returns the velocity field that fits a robot.
 
@@ -35,14 +35,17 @@ def field(
         body_radius: of its base about B's z axis [m].
         nearest: the least distance of T from the shoulder's axis at which the arm can
             still move well [m].
+        height: of T above the shoulder at the posture [m]. Below it, the forward zone
+            comes nearer to the shoulder's axis, and the retreat zone does not.
         base: limits of the base's command.
     """
     r_f = reach.r_f
     forward, retreat = _FORWARD * r_f, _RETREAT * r_f
     edge = body_edge(reach, body_radius) + _WRIST
     wanted = max(edge, nearest - retreat, _LEAST)
-    room = r_f - forward - retreat - _PASSIVE * r_f
-    b_d = min(wanted, room)
+    ahead = math.sqrt(max((r_f - forward) ** 2 - min(height, 0.0) ** 2, 0.0))
+    room = ahead - retreat - _PASSIVE * r_f
+    b_d = max(min(wanted, room), _LEAST)
     found = VelocityField(
         K_f=_GAIN,
         K_r=_GAIN,
@@ -53,7 +56,7 @@ def field(
     )
     how = f"the body's edge {edge - _WRIST:.3f} m from the shoulder, and the wrist"
     if b_d < wanted:
-        how = f"as large as r_f = {r_f:.3f} m leaves; wanted {wanted:.3f} m"
+        how = f"as large as the forward zone leaves; wanted {wanted:.3f} m"
     elif wanted > edge:
         how = f"as near as the arm moves well, {nearest:.3f} m"
     return Derived(found, how)

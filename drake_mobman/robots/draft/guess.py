@@ -4,6 +4,7 @@ import dataclasses as dc
 from collections.abc import Sequence
 from typing import Any
 
+from drake_mobman.arm.jacobian_arm import LEVEL
 from drake_mobman.robots.draft.wheels import driven_wheels, wheel_speeds
 from drake_mobman.robots.file.contents import Gripper, RobotFile
 from drake_mobman.robots.file.loose import Loose
@@ -11,6 +12,9 @@ from drake_mobman.robots.file.names import found
 
 _MOST = 4
 """Joints of a gripper that follow no other; with more, it is a hand of its own."""
+
+_LIMB = 3
+"""Least number of joints of other limbs that make a trunk of what carries them."""
 
 _HALF = 0.5
 """Where a lift is held, as a share of its range."""
@@ -28,7 +32,8 @@ def guessed(contents: RobotFile, model: Loose) -> Guess:
     """Returns the contents of a robot file, completed by what its model shows.
 
     Its driven wheels, what lifts the arm, and its gripper. A lift is held: with it, an
-    arm reaches further up and down, but no faster than the lift.
+    arm reaches further up and down, but no faster than the lift. So is a trunk, which
+    would take the other arm and the head along.
 
     Args:
         contents: with model and tool.
@@ -53,10 +58,15 @@ def guessed(contents: RobotFile, model: Loose) -> Guess:
     else:
         contents = _with(contents, "base", frame=_name(frames, base))
         why["base.frame"] = "root of the model, which has no wheels that drive"
-    held = {name: _middle(joints[name]) for name in lifts(model, way)}
+    lifting = lifts(model, way)
+    held = {name: _middle(joints[name]) for name in lifting}
+    carrying = [name for name in trunk(model, way) if name not in held]
+    held |= {name: _zero(joints[name]) for name in carrying}
     if held:
         contents = dc.replace(contents, held=held | contents.held)
-        why["held"] = "lifts the arm; take it out for a lift that moves"
+        lifted = ["lifts the arm; take it out for a lift that moves"] * bool(lifting)
+        carried = ["carries other limbs with the arm"] * bool(carrying)
+        why["held"] = ", or ".join(lifted + carried)
     gripper = gripper_of(model, way)
     if gripper:
         contents = dc.replace(contents, gripper=gripper)
@@ -74,6 +84,26 @@ def lifts(model: Loose, way: Sequence[str]) -> list[str]:
         if kind == "prismatic":
             found.append(name)
     return found
+
+
+def trunk(model: Loose, way: Sequence[str]) -> list[str]:
+    """Returns the joints on the way to the tool that carry other limbs as well.
+
+    Up to the last from which a limb goes off and the arm goes on with all the joints
+    that a level end effector takes.
+    """
+    joints, mimics = model.parsed.joints, model.parsed.mimics
+    arm = [name for name in way if joints[name].num_velocities()]
+    last = max(len(arm) - LEVEL, 0)
+    carried = [0] * last
+    for name, joint in joints.items():
+        if name in {*way, *mimics} or not joint.num_velocities():
+            continue
+        shared = [x for x in model.way(joint.parent_body()) if x in arm]
+        if 0 < len(shared) <= last:
+            carried[len(shared) - 1] += 1
+    ends = [k + 1 for k in range(last) if sum(carried[k:]) >= _LIMB]
+    return arm[: max(ends, default=0)]
 
 
 def gripper_of(model: Loose, way: Sequence[str]) -> Gripper | None:
@@ -105,6 +135,11 @@ def gripper_of(model: Loose, way: Sequence[str]) -> Gripper | None:
 def _middle(joint: Any) -> float:
     low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
     return round(float(low + _HALF * (high - low)), 4)
+
+
+def _zero(joint: Any) -> float:
+    low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+    return round(float(min(max(0.0, low), high)), 4)
 
 
 def _name(frames: dict[str, Any], frame: Any) -> str:

@@ -16,7 +16,6 @@ from drake_mobman.robots.file.model import Shapes
 from drake_mobman.robots.file.parse import Mounted, Parsed, parse, take_away
 from drake_mobman.robots.file.placement import Placement
 from drake_mobman.robots.file.rolling import (
-    acting_track,
     axis_in_base,
     casters,
     turned_ahead,
@@ -55,8 +54,12 @@ class Assembly:
         parsed = self._add_model(plant, ours, base, turning=())
         return [ours, *parsed.instances]
 
-    def add_rolling_to(self, plant: Any) -> RollingBase:
+    def add_rolling_to(self, plant: Any, track: float) -> RollingBase:
         """Adds the robot to a plant, its base free and its wheels turning.
+
+        Args:
+            plant: not finalized.
+            track: by which it turns [m].
 
         Raises:
             ParameterError: where its wheels do not roll ahead.
@@ -83,7 +86,7 @@ class Assembly:
             left=sides[0],
             right=sides[1],
             wheel_radius=radius.value,
-            track=acting_track(*known),
+            track=track,
             casters=casters(*known),
         )
 

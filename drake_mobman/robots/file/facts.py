@@ -46,6 +46,8 @@ def _base(it: Described, known: Resolved) -> Iterator[Fact]:
         yield Fact("base", "wheels", wheels, GIVEN)
         yield _length("base", "wheel_radius", placed.wheel_radius)
         yield _length("base", "track", placed.track)
+        if known.track and known.track.value != placed.track.value:
+            yield _length("base", "turns as with a track of", known.track)
     yield _length("base", "body_radius", known.body_radius)
     linear = f"{limits.speed:g} m/s, {limits.acceleration:g} m/s^2"
     turning = f"{limits.yaw_rate:g} rad/s, {limits.yaw_acceleration:g} rad/s^2"

@@ -61,7 +61,9 @@ class File:
         robot = self.described()
         if not robot.layout.wheels:
             raise no_wheels(self)
-        return robot.assembly.add_rolling_to(plant)
+        track = self.resolved().track
+        assert track is not None
+        return robot.assembly.add_rolling_to(plant, track.value)
 
     def arm(self, plant: Any = None) -> JacobianArm:
         """Returns the arm's kinematics, by its Jacobian."""

@@ -18,7 +18,7 @@ from drake_mobman.decomposers.blending import Blending
 from drake_mobman.decomposers.exact import Exact
 from drake_mobman.guidance.guiding_hand import Hand
 from drake_mobman.robot_model import Reach, WorkspaceLimits
-from drake_mobman.robot_model.model import base_limits, joint_limits
+from drake_mobman.robot_model.model import BASE_JOINTS, base_limits, joint_limits
 from drake_mobman.robots.defaults import Start
 from drake_mobman.robots.derive import Derived
 from drake_mobman.robots.derive.damping import damping
@@ -31,6 +31,8 @@ from drake_mobman.robots.derive.speeds import guard, smoother
 from drake_mobman.robots.derive.workspace import Reached, reached, workspace
 from drake_mobman.robots.file.described import Described
 from drake_mobman.robots.file.placement import GIVEN
+from drake_mobman.robots.file.rolling import acting_track, footing
+from drake_mobman.robots.wheels.tip_limits import centres_of_mass, upright_limits
 from drake_mobman.teleop.guard import Guard
 
 _TRANSITION = 0.28
@@ -53,6 +55,7 @@ class Resolved:
     reached: Derived[Reached]  # How far E goes from the posture.
     workspace: Derived[WorkspaceLimits]
     body_radius: Derived[float]  # [m].
+    track: Derived[float] | None  # By which the base turns [m]; of one with wheels.
     smoother: Derived[Smoother]
     guard: Derived[Guard]
     field: Derived[VelocityField]
@@ -106,6 +109,8 @@ def resolve(robot: Described) -> Resolved:
     far = reached(arm, limits, ranges, most.value, r_f.value)
     radius = robot.placement.body_radius
     nearest = _nearest(arm, far.value.l[0])
+    within = _given(workspace(arm, far.value), given.workspace)
+    base = _upright(robot, arm, plant, within.value, base)
     return Resolved(
         plant=plant,
         orientation=turned,
@@ -114,13 +119,47 @@ def resolve(robot: Described) -> Resolved:
         arm=arm,
         reach=reach,
         reached=far,
-        workspace=_given(workspace(arm, far.value), given.workspace),
+        workspace=within,
         body_radius=radius,
+        track=_track(robot, plant, at.value),
         smoother=base,
-        guard=most,
-        field=field(reach.value, radius.value, nearest, base.value),
+        guard=guard(arm, limits, base.value),
+        field=field(reach.value, radius.value, nearest, _height(arm), base.value),
         hand=hand(plant, at.value, _place(arm)),
     )
+
+
+def _upright(
+    robot: Described,
+    arm: JacobianArm,
+    plant: Any,
+    workspace: WorkspaceLimits,
+    base: Derived[Smoother],
+) -> Derived[Smoother]:
+    """Returns limits of the base's command by which a robot on wheels does not tip."""
+    if not robot.layout.wheels:
+        return base
+    known = robot.contents, robot.loose, robot.layout, robot.placement
+    z = float(arm.ee_cylindrical(arm.posture)[2])
+    centres = centres_of_mass(arm, plant, workspace, workspace.l_max, z)
+    limits = base.value.limits()
+    narrow = upright_limits(centres, limits, footing(*known))
+    if narrow == limits:
+        return base
+    changes = {
+        key: math.floor(1e3 * getattr(narrow, key)) / 1e3
+        for key in ("max_acceleration", "max_yaw_rate", "max_yaw_acceleration")
+    }
+    source = f"{base.source}; accelerations such that it does not tip over"
+    return Derived(dc.replace(base.value, **changes), source)
+
+
+def _track(robot: Described, plant: Any, posture: np.ndarray) -> Derived[float] | None:
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, np.append(np.zeros(BASE_JOINTS), posture))
+    centre = plant.CalcCenterOfMassPositionInWorld(context)[:2]
+    known = robot.contents, robot.loose, robot.layout, robot.placement
+    return acting_track(*known, centre)
 
 
 def _orientation(given: str, joints: int) -> Derived[str]:
@@ -146,6 +185,11 @@ def _nearest(arm: JacobianArm, l: float) -> float:
     _, psi, z = arm.ee_cylindrical(arm.posture)
     x, y, _ = np.subtract(arm.p_BT(arm.inverse((l, psi, z))), arm.p_BS)
     return math.hypot(x, y)
+
+
+def _height(arm: JacobianArm) -> float:
+    """Returns how far T is above the shoulder at the posture [m]."""
+    return float(arm.p_BT(arm.posture)[2] - arm.p_BS[2])
 
 
 def _place(arm: JacobianArm) -> np.ndarray:

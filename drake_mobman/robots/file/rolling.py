@@ -8,12 +8,18 @@ from pydrake.multibody.tree import RevoluteJoint
 
 from drake_mobman.parameters import LENGTH, ParameterError
 from drake_mobman.robot_model.rolling import Caster
+from drake_mobman.robot_model.tipping import SupportPolygon
+from drake_mobman.robots.derive import Derived
 from drake_mobman.robots.derive.extent import extents, shapes_of
+from drake_mobman.robots.derive.skid import skid_track, wheel_loads
 from drake_mobman.robots.file.contents import RobotFile
 from drake_mobman.robots.file.layout import Layout
 from drake_mobman.robots.file.loose import Loose
 from drake_mobman.robots.file.parse import take_away
 from drake_mobman.robots.file.placement import Placement
+from drake_mobman.robots.wheels import Wheels
+from drake_mobman.robots.wheels.floor import GRAVITY, Floor
+from drake_mobman.robots.wheels.tip_limits import Footing
 
 _ACROSS = 0.99
 """Least cosine between a wheel's axis and the base's y axis."""
@@ -59,22 +65,48 @@ def axis_in_base(model: Loose, wheel: str) -> np.ndarray:
 
 
 def acting_track(
-    contents: RobotFile, model: Loose, layout: Layout, placement: Placement
-) -> float:
-    """Returns the track by which the base turns [m].
+    contents: RobotFile,
+    model: Loose,
+    layout: Layout,
+    placement: Placement,
+    centre: np.ndarray,
+) -> Derived[float] | None:
+    """Returns the track by which the base turns [m]; None where it has no wheels.
 
-    With several wheels on a side, all of them scrub as the base turns. Where the same
-    friction acts on each, its moments balance if the wheels run as those of a base with
-    a track of t + 4 mean(x^2) / t, where t is the model's, and x the distance of each
-    wheel ahead of their middle.
+    With several wheels on a side, all of them scrub as the base turns: see `skid`.
+
+    Args:
+        contents: of the robot's file.
+        model: of the robot.
+        layout: of the model.
+        placement: of the model.
+        centre: of the robot's mass in B, from above (2,) [m].
     """
     track = placement.track
-    assert track is not None
-    if contents.base.track is not None:
-        return track.value
+    if track is None or contents.base.track is not None or len(layout.left) == 1:
+        return track
+    places = wheel_places(model, layout)
+    found = skid_track(places, wheel_loads(places, centre))
+    how = f"scrub of {len(places)} wheels {track.value:.4g} m apart, as loaded"
+    return Derived(found, f"{how} at the posture")
+
+
+def wheel_places(model: Loose, layout: Layout) -> np.ndarray:
+    """Returns where the driven wheels stand on the floor in B (N, 2) [m]."""
     frames = [model.parsed.joints[name].frame_on_child() for name in layout.wheels]
-    x = [frame.CalcPose(model.context, model.B).translation()[0] for frame in frames]
-    return track.value + 4 * float(np.var(x)) / track.value
+    poses = [frame.CalcPose(model.context, model.B) for frame in frames]
+    return np.array([X.translation()[:2] for X in poses])
+
+
+def footing(
+    contents: RobotFile, model: Loose, layout: Layout, placement: Placement
+) -> Footing:
+    """Returns what the robot stands on: its wheels and casters, on a level floor."""
+    others = casters(contents, model, layout, placement)
+    points = [*wheel_places(model, layout), *((c.x, c.y) for c in others)]
+    floor, margin = Floor(), Wheels().tip_margin
+    grip = floor.friction * GRAVITY
+    return Footing(SupportPolygon.of(points), floor.gravity_W(), grip, margin)
 
 
 def casters(

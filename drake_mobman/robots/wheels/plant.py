@@ -54,6 +54,7 @@ class RollingPlant:
     floating: Any  # Joint from W to B.
     arm: list[Any]  # Joints, in the order of their positions.
     contacts: list[Contact]
+    stepped: Any  # What steps the plant in a diagram, and has its ports.
 
     @property
     def arm_q(self) -> list[int]:
@@ -123,7 +124,7 @@ def rolling_plant(
         for joint in moving_joints(plant)
         if joint.index() not in wheels and joint.index() != floating.index()
     ]
-    return RollingPlant(plant, scene_graph, base, floating, arm, contacts)
+    return RollingPlant(plant, scene_graph, base, floating, arm, contacts, plant)
 
 
 def _set_servos(plant: Any, base: RollingBase, params: Any, *, free_arm: bool) -> None:

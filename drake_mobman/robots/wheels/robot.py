@@ -1,5 +1,6 @@
 """The robot on its wheels as a diagram, with the ports of a servo robot and more."""
 
+import dataclasses as dc
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,9 @@ def make_rolling_robot(
         free_arm: whether the plant's arm is free, else driven.
     """
     builder = DiagramBuilder()
-    plant = _add_plant(builder, made, q)
+    made.plant.SetDefaultPositions(q)
+    plant = setup.engine.add_to(builder, made.plant, made.scene_graph)
+    made = dc.replace(made, stepped=plant)
     rates = _add_commands(builder, setup, params, made, free_arm=free_arm)
     _add_servos(builder, made, rates, q)
     _add_gravity(builder, made)
@@ -68,7 +71,7 @@ def make_rolling_robot(
     builder.ExportOutput(force, signals.FLOOR_FORCE)
     upright = builder.AddNamedSystem("upright", Upright(made, setup.period))
     builder.Connect(plant.get_state_output_port(), upright.get_input_port())
-    tool = builder.AddNamedSystem("tool_sensor", ToolSensor(PlantMotion(plant)))
+    tool = builder.AddNamedSystem("tool_sensor", ToolSensor(PlantMotion(made.plant)))
     builder.Connect(plant.get_state_output_port(), tool.get_input_port())
     for name in (signals.TOOL_POSITION, signals.TOOL_VELOCITY):
         builder.ExportOutput(tool.GetOutputPort(name), name)
@@ -76,22 +79,6 @@ def make_rolling_robot(
     diagram = builder.Build()
     diagram.set_name("robot")
     return diagram
-
-
-def _add_plant(builder: DiagramBuilder, made: RollingPlant, q: np.ndarray) -> Any:
-    """Adds plant and scene graph, connected; returns the plant."""
-    plant, scene_graph = made.plant, made.scene_graph
-    plant.SetDefaultPositions(q)
-    builder.AddNamedSystem("scene_graph", scene_graph)
-    builder.AddNamedSystem("plant", plant)
-    builder.Connect(
-        plant.get_geometry_pose_output_port(),
-        scene_graph.get_source_pose_port(plant.get_source_id()),
-    )
-    builder.Connect(
-        scene_graph.get_query_output_port(), plant.get_geometry_query_input_port()
-    )
-    return plant
 
 
 def _add_commands(
@@ -145,7 +132,7 @@ def _add_servos(
         desired = SymbolicVectorSystem(input=told, output=[*positions, *velocities])
         builder.AddSystem(desired)
         builder.Connect(rates, desired.get_input_port())
-        port = plant.get_desired_state_input_port(instance)
+        port = made.stepped.get_desired_state_input_port(instance)
         builder.Connect(desired.get_output_port(), port)
 
 
@@ -165,10 +152,10 @@ def _add_gravity(builder: DiagramBuilder, made: RollingPlant) -> None:
         if joint.index() in arm:
             D[i, joint.velocity_start()] = 1.0
     torques = builder.AddSystem(MatrixGain(D))
-    state = plant.get_state_output_port()
+    state = made.stepped.get_state_output_port()
     builder.Connect(state, gravity.get_input_port_estimated_state())
     builder.Connect(gravity.get_output_port(), torques.get_input_port())
-    builder.Connect(torques.get_output_port(), plant.get_actuation_input_port())
+    builder.Connect(torques.get_output_port(), made.stepped.get_actuation_input_port())
 
 
 def _add_arm_sensor(
@@ -206,7 +193,7 @@ def _add_base_outputs(builder: DiagramBuilder, made: RollingPlant) -> OutputPort
     }
     for name, output in outputs.items():
         block = builder.AddSystem(SymbolicVectorSystem(input=state, output=output))
-        builder.Connect(plant.get_state_output_port(), block.get_input_port())
+        builder.Connect(made.stepped.get_state_output_port(), block.get_input_port())
         builder.ExportOutput(block.get_output_port(), name)
         port = block.get_output_port()
     return port
@@ -247,7 +234,7 @@ def _selected(
     builder: DiagramBuilder, made: RollingPlant, places: list[int]
 ) -> OutputPort:
     """Returns some elements of the plant's state."""
-    state = made.plant.get_state_output_port()
+    state = made.stepped.get_state_output_port()
     select = builder.AddSystem(MatrixGain(np.eye(state.size())[places]))
     builder.Connect(state, select.get_input_port())
     return select.get_output_port()

@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
 from drake_mobman import signals
+from drake_mobman.engines.engine import EngineParams
 from drake_mobman.parameters import ParameterError
 from drake_mobman.robots.wheels.floor import Floor
 from drake_mobman.robots.wheels.plant import RollingPlant
@@ -23,7 +24,11 @@ _settled: dict[tuple[object, ...], np.ndarray] = {}
 
 
 def standing(
-    made: RollingPlant, start: list[float], floor: Floor, make: Callable[..., Diagram]
+    made: RollingPlant,
+    start: list[float],
+    floor: Floor,
+    engine: EngineParams,
+    make: Callable[..., Diagram],
 ) -> np.ndarray:
     """Returns the plant's positions where the robot stands at `start`, at rest.
 
@@ -34,18 +39,19 @@ def standing(
         made: the robot's plant.
         start: positions (3 + n,) of base and arm.
         floor: that it stands on.
+        engine: that steps it: each presses the tyres in by a little more or less.
         make: returns a diagram of the robot, its arm and base driven, from positions.
 
     Raises:
         ParameterError: where it tips over.
     """
     q = made.positions(start, _drop(made, start, floor))
-    key = (repr(floor), *_fingerprint(made, q))
+    key = (repr(floor), repr(engine), *_fingerprint(made, q))
     if key not in _settled:
         while len(_settled) >= _KEPT:
             del _settled[next(iter(_settled))]
         _settled[key] = _let_down(make(q))
-    stands = _settled[key].copy()
+    stands = _settled[key][: len(q)].copy()
     at = made.floating.position_start()
     for place in (slice(at + 2, at + 5), made.arm_q, made.wheel_q):
         stands[place] = q[place]
@@ -53,7 +59,7 @@ def standing(
 
 
 def _let_down(diagram: Diagram) -> np.ndarray:
-    """Returns the positions of the plant at rest."""
+    """Returns the state of the plant at rest."""
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     for name in (signals.BASE_COMMAND_SMOOTHED, signals.ARM_VELOCITY_COMMAND):
@@ -64,8 +70,7 @@ def _let_down(diagram: Diagram) -> np.ndarray:
     except TippedOverError as error:
         valid = "must let the robot stand on its wheels"
         raise ParameterError("start", str(error), valid) from None
-    plant = diagram.GetSubsystemByName("plant")
-    return np.array(plant.GetPositions(plant.GetMyContextFromRoot(context)))
+    return np.array(diagram.GetOutputPort(signals.ROBOT_STATE).Eval(context))
 
 
 def _drop(made: RollingPlant, start: list[float], floor: Floor) -> float:

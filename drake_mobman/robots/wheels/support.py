@@ -47,7 +47,7 @@ def add_floor_force(
     """
     plant, floating = made.plant, made.floating
     instance = floating.model_instance()
-    forces = plant.get_generalized_contact_forces_output_port(instance)
+    forces = made.stepped.get_generalized_contact_forces_output_port(instance)
     own = plant.GetVelocitiesFromArray(instance, np.arange(plant.num_velocities()))
     at = own.tolist().index(floating.velocity_start())
     select = builder.AddSystem(MatrixGain(np.eye(forces.size())[[at, at + 1, at + 5]]))
@@ -57,7 +57,7 @@ def add_floor_force(
     mean = builder.AddSystem(
         LinearSystem(0 * eye, eye, -eye / period, eye / period, period)
     )
-    state = plant.get_state_output_port()
+    state = made.stepped.get_state_output_port()
     both = builder.AddSystem(Multiplexer([3, state.size()]))
     told = MakeVectorVariable(3 + state.size(), "u")
     moment_x, moment_y, up = told[:3]

@@ -7,12 +7,19 @@ workspace, with all that its limits allow at once.
 import dataclasses as dc
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
+from drake_mobman.arm.kinematics import ArmKinematics
 from drake_mobman.parameters import ParameterError
-from drake_mobman.robot_model import BASE_JOINTS, BaseLimits, RobotSetup
+from drake_mobman.robot_model import (
+    BASE_JOINTS,
+    BaseLimits,
+    RobotSetup,
+    WorkspaceLimits,
+)
 from drake_mobman.robot_model.tipping import SupportPolygon, zero_moment_point
 
 _HALVINGS = 12
@@ -22,6 +29,16 @@ _HEADINGS = 8
 """In which the base may stand on a slope."""
 
 _STILL = BaseLimits(0.0, 0.0, 0.0, 0.0)
+
+_MOVING = {
+    "max_acceleration": "m/s^2",
+    "max_yaw_rate": "rad/s",
+    "max_yaw_acceleration": "rad/s^2",
+}
+"""Limits of a base that let it tip over, with their units."""
+
+Place = tuple[float, float, float]
+"""Of a centre of mass in B (3,) [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -51,17 +68,15 @@ def check_upright(setup: RobotSetup, z: float, footing: Footing) -> None:
         footing: what it stands on.
     """
     reach, limits = setup.workspace.l_max, setup.base_limits
+    robot = setup.arm, setup.model.plant, setup.workspace
 
     def at_rest(l: float) -> float:
-        return inside(centres_of_mass(setup, l, z), _STILL, footing)
+        return inside(centres_of_mass(*robot, l, z), _STILL, footing)
 
     _check("workspace.l_max", "m", reach, footing.margin, at_rest)
-    centres, allowed = centres_of_mass(setup, reach, z), _STILL
-    for key, unit, also in (
-        ("max_acceleration", "m/s^2", {}),
-        ("max_yaw_rate", "rad/s", {"max_speed": limits.max_speed}),
-        ("max_yaw_acceleration", "rad/s^2", {}),
-    ):
+    centres, allowed = centres_of_mass(*robot, reach, z), _STILL
+    for key, unit in _MOVING.items():
+        also = {"max_speed": limits.max_speed} if key == "max_yaw_rate" else {}
         value, others = getattr(limits, key), dc.replace(allowed, **also)
 
         def moving(x: float, key: str = key, others: BaseLimits = others) -> float:
@@ -71,31 +86,55 @@ def check_upright(setup: RobotSetup, z: float, footing: Footing) -> None:
         allowed = dc.replace(others, **{key: value})
 
 
+def upright_limits(
+    centres: Sequence[Place], limits: BaseLimits, footing: Footing
+) -> BaseLimits:
+    """Returns limits of a base, narrowed by one factor so that the robot does not tip.
+
+    As given where it tips over at rest already.
+
+    Args:
+        centres: of the robot's mass in B, each (3,) [m].
+        limits: of the base, finite.
+        footing: what it stands on.
+    """
+
+    def scaled(share: float) -> BaseLimits:
+        narrowed = {key: share * getattr(limits, key) for key in _MOVING}
+        return dc.replace(limits, **narrowed)
+
+    def law(share: float) -> float:
+        return inside(centres, scaled(share), footing)
+
+    if law(1.0) >= footing.margin or law(0.0) < footing.margin:
+        return limits
+    return scaled(_largest(1.0, footing.margin, law))
+
+
 def centres_of_mass(
-    setup: RobotSetup, reach: float, z: float
-) -> list[tuple[float, float, float]]:
+    arm: ArmKinematics, plant: Any, workspace: WorkspaceLimits, reach: float, z: float
+) -> list[Place]:
     """Returns the robot's centres of mass in B [m], at the ends of its workspace.
 
     Args:
-        setup: of the robot.
+        arm: its kinematics.
+        plant: of the robot, its base at the origin.
+        workspace: of its end effector.
         reach: the largest of the end effector, instead of the workspace's [m].
         z: height of the end effector above the shoulder [m].
     """
-    workspace, plant = setup.workspace, setup.model.plant
     context, centres = plant.CreateDefaultContext(), []
     low, high = workspace.psi_min, workspace.psi_max
     for l in (workspace.l_min, reach):
         for psi in (low, (low + high) / 2, high):
-            arm = setup.arm.inverse((l, psi, z))
-            plant.SetPositions(context, [*[0.0] * BASE_JOINTS, *arm])
+            q = arm.inverse((l, psi, z))
+            plant.SetPositions(context, [*[0.0] * BASE_JOINTS, *q])
             x, y, h = plant.CalcCenterOfMassPositionInWorld(context).tolist()
             centres.append((x, y, h))
     return centres
 
 
-def inside(
-    centres: list[tuple[float, float, float]], limits: BaseLimits, footing: Footing
-) -> float:
+def inside(centres: Sequence[Place], limits: BaseLimits, footing: Footing) -> float:
     """Returns how far the zero-moment point stays inside its polygon [m].
 
     The base accelerates and turns, both as fast as it may: a point at (x, y) in it has
@@ -131,9 +170,15 @@ def _check(
     """Raises `ParameterError` where a value is too large, naming the largest."""
     if law(value) >= margin:
         return
+    low = _largest(value, margin, law)
+    valid = f"must be at most {low:.3g} {unit}, or the robot tips over on its wheels"
+    raise ParameterError(key, value, valid)
+
+
+def _largest(value: float, margin: float, law: Callable[[float], float]) -> float:
+    """Returns the largest value that keeps a margin, below one that does not."""
     low, high = 0.0, value if math.isfinite(value) else 100.0
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         low, high = (middle, high) if law(middle) >= margin else (low, middle)
-    valid = f"must be at most {low:.3g} {unit}, or the robot tips over on its wheels"
-    raise ParameterError(key, value, valid)
+    return low

@@ -4,8 +4,9 @@ import dataclasses as dc
 from typing import Any, ClassVar
 
 import numpy as np
-from pydrake.systems.framework import Diagram
+from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_mobman.engines.drake import Drake
 from drake_mobman.parameters import OFFSET, ParameterError, Range, checked, within
 from drake_mobman.robot_model import RobotDescription, RobotSetup
 from drake_mobman.robot_model.rolling import RollingBase
@@ -75,7 +76,7 @@ class Wheels:
             again = rolling_plant(setup.robot, ideal, free_arm=False)
             return make_rolling_robot(setup, ideal, again, q, free_arm=False)
 
-        q = standing(made, start, self.floor, unsettled)
+        q = standing(made, start, self.floor, setup.engine, unsettled)
         return make_rolling_robot(setup, self, made, q, free_arm=free_arm)
 
     def believed(self, base: RollingBase) -> RollingBase:
@@ -89,6 +90,18 @@ class Wheels:
     def guided_plant(self, robot: RobotDescription) -> Any:
         """Returns the simulated plant alone, its arm free."""
         return rolling_plant(robot, self, free_arm=True).plant
+
+    def alone(self, robot: RobotDescription, *, free_arm: bool) -> Diagram:
+        """Returns plant and floor alone, in a diagram: together, they can be stepped.
+
+        Args:
+            robot: its parameters.
+            free_arm: whether the arm is free, else driven.
+        """
+        made = rolling_plant(robot, self, free_arm=free_arm)
+        builder = DiagramBuilder()
+        Drake().add_to(builder, made.plant, made.scene_graph)
+        return builder.Build()
 
     def check_upright(self, setup: RobotSetup, z: float) -> None:
         """Raises `ParameterError` where its limits let the robot tip over.

@@ -45,6 +45,23 @@ def test_wheels_are_told_from_casters(model, tool, left, tmp_path):
     assert contents.held == {"torso_lift_joint": 0.175}
 
 
+@pytest.mark.parametrize(
+    ("model", "tool", "held"),
+    [
+        (
+            "talos_data/robots/talos_full_v2.urdf",
+            "gripper_left_base_link",
+            {"torso_1_joint": 0.0, "torso_2_joint": 0.0},
+        ),
+        # Fingers beyond the wrist are no limb, and an arm by itself has no trunk.
+        ("baxter_description/urdf/baxter.urdf", "left_gripper", {}),
+        ("panda_description/urdf/panda.urdf", "panda_hand_tcp", {}),
+    ],
+)
+def test_a_trunk_that_carries_other_limbs_is_held(model, tool, held, tmp_path):
+    assert guess(f"{MODELS}/{model}", tool, tmp_path).held == held
+
+
 def test_robot_without_wheels_is_moved_by_its_root(tmp_path):
     contents = guess(
         f"{MODELS}/pr2_description/urdf/pr2.urdf", "r_gripper_tool_frame", tmp_path

@@ -7,9 +7,11 @@ import pytest
 
 from drake_mobman.analysis.metrics import metrics
 from drake_mobman.parameters import ParameterError
+from drake_mobman.robot_model import BaseLimits
 from drake_mobman.robot_model.tipping import SupportPolygon, zero_moment_point
 from drake_mobman.robots.franka_tiago import FrankaTiago
 from drake_mobman.robots.wheels import Wheels
+from drake_mobman.robots.wheels.tip_limits import Footing, upright_limits
 from drake_mobman.scenario import ScenarioError, load_scenario
 from drake_mobman.simulation.simulate import simulate
 
@@ -131,3 +133,24 @@ def test_off_a_high_step_it_falls_and_dies_of_that_not_of_nan():
     run = simulate(load_scenario("kwon_franka", [ON_WHEELS, "duration=6", step]))
     assert "the robot tips over" in run.died
     assert all(np.isfinite(run[name]).all() for name in run.signals)
+
+
+def test_limits_of_a_tall_robot_are_narrowed_until_it_stands_and_no_further():
+    polygon = SupportPolygon.of([(x, y) for x in (0.2, -0.2) for y in (0.2, -0.2)])
+    footing = Footing(polygon, [0.0, 0.0, -9.81], grip=8.8, margin=0.01)
+    limits = BaseLimits(0.5, 4.0, 1.0, 4.0)
+    centres = [(0.05, 0.0, 1.0)]
+    narrow = upright_limits(centres, limits, footing)
+    # The zero-moment point is h a / g from the centre; turning adds omega^2 x, x = d.
+    share = narrow.max_acceleration / 4.0
+    ahead = 0.05 + 1.0 / 9.81 * (4.0 * share + share**2 * 0.05)
+    assert ahead == pytest.approx(0.19, abs=1e-3)
+    assert narrow == BaseLimits(0.5, 4 * share, share, 4 * share)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3])
+def test_limits_by_which_it_stands_or_that_do_not_help_are_kept(x):
+    polygon = SupportPolygon.of([(x, y) for x in (0.2, -0.2) for y in (0.2, -0.2)])
+    footing = Footing(polygon, [0.0, 0.0, -9.81], grip=8.8, margin=0.01)
+    limits = BaseLimits(0.5, 1.0, 1.0, 1.0)
+    assert upright_limits([(x, 0.0, 0.2)], limits, footing) == limits
