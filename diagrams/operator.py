@@ -37,8 +37,12 @@ def add_operator(
     """
     add, period = builder.AddNamedSystem, scenario.period
     add_source(builder, source)
-    gate = add("gate", CommandGate(scenario.gate, scenario.guard, period, draggable))
-    connect_by_name(builder, outputs([source]), [gate])
+    watched = signals.BASE_ASTRAY in ports
+    gate = add(
+        "gate",
+        CommandGate(scenario.gate, scenario.guard, period, draggable, watched=watched),
+    )
+    connect_by_name(builder, ports | outputs([source]), [gate])
     ports = ports | outputs([source, gate])
     stop_ramp = add("stop_ramp", StopRamp(scenario.guard, period))
     connect_by_name(builder, ports, [stop_ramp])

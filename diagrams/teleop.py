@@ -1,8 +1,9 @@
 """Teleoperation: the operator's command, split between base and arm.
 
 source -> guard -> decomposer -> smoother -> robot, with the arm's inverse beside the
-smoother. A live or recorded operator has a gate in place of the guard, and may choose
-between several decomposers.
+smoother, and an estimator that tells decomposer and arm how the base moves. A live or
+recorded operator has a gate in place of the guard, and may choose between several
+decomposers.
 """
 
 from typing import Any
@@ -37,15 +38,29 @@ def make_decomposers(scenario: Teleop, setup: RobotSetup, *, choice: bool) -> An
 
 
 def add_guarded(
-    builder: DiagramBuilder, scenario: Teleop, setup: RobotSetup, source: Any
+    builder: DiagramBuilder,
+    scenario: Teleop,
+    setup: RobotSetup,
+    source: Any,
+    others: Ports,
 ) -> Ports:
-    """Adds a source without an operator, and the guard; returns their outputs."""
-    guard = CommandGuard(scenario.guard, setup.period)
+    """Adds a source without an operator, and the guard; returns their outputs.
+
+    Args:
+        builder: to add to.
+        scenario: of the guard.
+        setup: of its robot.
+        source: of commands.
+        others: ports of the other blocks.
+    """
+    watched = signals.BASE_ASTRAY in others
+    guard = CommandGuard(scenario.guard, setup.period, watched=watched)
     # A compiled guard would end the simulation where the command is not finite.
     guard = setup.maybe_compiled(guard) if scenario.source.finite else guard
     guard = builder.AddNamedSystem("guard", guard)
     add_source(builder, source)
-    builder.Connect(source.get_output_port(), guard.get_input_port())
+    builder.Connect(source.get_output_port(), guard.GetInputPort(signals.EE_COMMAND))
+    connect_by_name(builder, others, [guard], left_open=[signals.EE_COMMAND])
     ports = outputs([guard])
     if scenario.source.finite:  # Only finite signals may be logged.
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
@@ -78,6 +93,8 @@ def make_teleop_diagram(
         - base_contribution
         - arm_command
         - base_command_smoothed
+        - base_estimate
+        - base_astray (where the estimate is by a sensor)
         - arm_velocity_command
         - arm_status
         - (all of the robot, except robot_state)
@@ -100,6 +117,7 @@ def make_teleop_diagram(
     blocks = {
         "decomposer": decomposer or make_decomposers(scenario, setup, choice=operated),
         "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
+        "estimator": scenario.estimate.build(period),
         "arm": setup.maybe_compiled(scenario.robot.arm_inverse(setup)),
         "robot": scenario.build_robot(setup),
     }
@@ -108,7 +126,7 @@ def make_teleop_diagram(
     if operated:
         ports = add_operator(builder, scenario, source, ports)
     else:
-        ports |= add_guarded(builder, scenario, setup, source)
+        ports |= add_guarded(builder, scenario, setup, source, ports)
     # No hand pushes the robot.
     connect_by_name(builder, ports, systems, left_open=[signals.SPATIAL_FORCES])
     return build_and_export(builder, "teleop", ports, period, logged=logged)

@@ -46,6 +46,11 @@ if TYPE_CHECKING:  # `lazy_getattr` reads these lines too.
     from drake_mobman.diagrams import make_diagram
     from drake_mobman.engines.drake import Drake
     from drake_mobman.engines.mujoco.params import Mujoco
+    from drake_mobman.estimation.base_estimator import BaseEstimator
+    from drake_mobman.estimation.gyro import Gyro
+    from drake_mobman.estimation.measured import Measured
+    from drake_mobman.estimation.odometry import Odometry
+    from drake_mobman.estimation.sent import Sent
     from drake_mobman.figures import draw_figures
     from drake_mobman.guidance.applied_force import PointForce
     from drake_mobman.guidance.guiding_hand import (
@@ -95,6 +100,7 @@ else:
 
 __all__ = [
     "ArmInverse",
+    "BaseEstimator",
     "BaseLimits",
     "Blending",
     "BlendingDecomposer",
@@ -126,6 +132,7 @@ __all__ = [
     "Guard",
     "Guided",
     "GuidingHand",
+    "Gyro",
     "Hand",
     "Held",
     "JerkLimited",
@@ -135,7 +142,9 @@ __all__ = [
     "KinematicRobot",
     "LedHand",
     "LiveSource",
+    "Measured",
     "Mujoco",
+    "Odometry",
     "Operator",
     "OptimizationDecomposer",
     "OrientedInverse",
@@ -156,6 +165,7 @@ __all__ = [
     "Script",
     "ScriptedSource",
     "Sensors",
+    "Sent",
     "Servo",
     "ShareDecomposer",
     "Smooth",

@@ -21,6 +21,12 @@ BASE_CONTRIBUTION = "base_contribution"
 BASE_COMMAND_SMOOTHED = "base_command_smoothed"
 """2: `base_command` after smoothing and limits: what the base gets."""
 
+BASE_ESTIMATE = "base_estimate"
+"""3: v, v_y [m/s], omega [rad/s] of B over the period to come, as far as is known."""
+
+BASE_ASTRAY = "base_astray"
+"""1: 1 while the base has not moved as it was sent for too long, else 0."""
+
 ARM_COMMAND = "arm_command"
 """3: `v_m` [m/s], `omega_m` [rad/s], `v_z` [m/s]: the arm's part of the command.
 

@@ -28,6 +28,7 @@ def make_blended_loop(blending: mm.Blending, smoothing: Smoothing, l: float) -> 
     blocks = {
         "decomposer": blending.build(setup),
         "smoother": smoothing.build(setup),
+        "estimator": mm.Sent().build(PERIOD),
         "arm": mm.ClosedFormInverse(setup.arm, setup.joint_limits, PERIOD),
         "robot": mm.Kinematic().build(setup, start),
     }

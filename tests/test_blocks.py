@@ -25,6 +25,10 @@ from drake_mobman.base.unsmoothed import CommandPassThrough
 from drake_mobman.blocks import cached, scalar_block
 from drake_mobman.decomposers.blending import Blending, BlendingDecomposer
 from drake_mobman.decomposers.switching import Switching, SwitchingDecomposer
+from drake_mobman.estimation.base_estimator import BaseEstimator
+from drake_mobman.estimation.measured import Measured
+from drake_mobman.estimation.odometry import Odometry
+from drake_mobman.estimation.sent import Sent
 from drake_mobman.guidance.guiding_hand import GraspForce
 from drake_mobman.robots.kinematic import KinematicRobot
 from drake_mobman.robots.planar import Planar
@@ -81,6 +85,7 @@ def decomposer(name, make, joints):
             "ee_cylindrical": ([1.57, -0.66, 0.1], [0.43, 0.68, 0.3]),
             "arm_position": (BEND[joints], OTHER_BEND[joints]),
             "base_command_smoothed": ([0.1, 0.05], [-0.2, 0.3]),
+            "base_estimate": ([0.1, 0.01, 0.05], [-0.2, 0.02, 0.3]),
         },
         {"base_command": 2, "base_contribution": 2, "arm_command": 3},
     )
@@ -120,6 +125,18 @@ def smoother(make, *args, state):
     )
 
 
+def estimator(params, *, state, **measured):
+    told = {"base_command_smoothed": ([0.3, -0.2], [-0.1, 0.4])}
+    outputs = {"base_estimate": 3} | ({"base_astray": 1} if measured else {})
+    return Case(
+        f"BaseEstimator, {type(params).__name__}",
+        functools.partial(BaseEstimator, params, PERIOD),
+        told | measured,
+        outputs,
+        state,
+    )
+
+
 def robot(n):
     start = [1.0, -2.0, 0.3, *BEND[n]]
     return Case(
@@ -145,6 +162,20 @@ CASES = [
     *(inverse(arm, by) for arm in (PLANAR, SPATIAL) for by in ("positions", "rates")),
     *(sensor(arm) for arm in (PLANAR, SPATIAL)),
     sensor(SPATIAL, 2.0, PERIOD),
+    estimator(
+        Sent(delay=0.02, bandwidth=5.0),
+        state=([0.1, 0.2, 0.3, 0.1, -0.2, 0.1], [0.4, 0.2, -0.3, 0.1, 0.0, 0.5]),
+    ),
+    estimator(
+        Odometry(),
+        state=([0.1, 0.2, 3.0], [0.4, 0.2, 70.0]),
+        base_odometry=([0.1, 0.2], [0.0, -0.3]),
+    ),
+    estimator(
+        Measured(latency=0.01),
+        state=([0.1, 0.2, -0.1, 0.3, 3.0], [0.4, 0.2, 0.1, 0.0, 70.0]),
+        base_measured=([0.1, 0.01, 0.2], [0.0, -0.02, -0.3]),
+    ),
     *(robot(n) for n in (2, 6)),
 ]
 
@@ -186,12 +217,19 @@ def test_ports_are_those_of_the_contract(case):
 NEEDED = {
     "base_command": {"ee_command", "ee_cylindrical"},
     "base_contribution": {"ee_command", "ee_cylindrical"},
-    "arm_command": {"ee_command", "ee_cylindrical", "base_command_smoothed"},
+    "arm_command": {
+        "ee_command",
+        "ee_cylindrical",
+        "base_command_smoothed",
+        "base_estimate",
+    },
     "base_command_smoothed": {"base_command"},
     "arm_velocity_command": {"arm_command", "arm_position"},
     "arm_status": {"arm_command", "arm_position"},
     "ee_cylindrical": {"arm_position"},
     "p_BT": {"arm_position"},
+    "base_estimate": {"base_command_smoothed"},
+    "base_astray": set(),
     "base_pose": set(),
     "arm_position": set(),
     "base_velocity": {"base_command_smoothed"},
@@ -213,7 +251,8 @@ def test_outputs_depend_on_no_input_that_would_close_a_loop(case):
                 block.GetOutputPort(output).get_index(),
             )
         }
-        assert NEEDED[output] <= found <= NEEDED[output] | may, output
+        seen = {"base_odometry", "base_measured"} if output == "base_estimate" else may
+        assert NEEDED[output] <= found <= NEEDED[output] | seen, output
 
 
 @every_block
@@ -387,7 +426,8 @@ def test_a_block_shows_its_name_arguments_and_docstring():
         (OrientedInverse, ["arm", "joint_limits", "period", "orientation"]),
         (EndEffectorSensor, ["arm", "psi", "period"]),
         (GraspForce, ["params", "period"]),
-        (CommandGuard, ["params", "period"]),
+        (BaseEstimator, ["params", "period"]),
+        (CommandGuard, ["params", "period", "watched"]),
         (KinematicRobot, ["start", "period"]),
     ],
 )

@@ -25,7 +25,7 @@ LAYERS = (
     ("arm", "engines"),
     ("robot_model",),
     ("base",),
-    ("decomposers", "guidance", "teleop"),
+    ("decomposers", "estimation", "guidance", "teleop"),
     ("robots",),
     ("scenario",),
     ("diagrams",),

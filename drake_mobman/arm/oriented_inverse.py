@@ -77,13 +77,12 @@ class OrientedInverse(ArmInverse):
     """Turns the rates of `ee_cylindrical` into joint rates, E oriented in W.
 
     The end effector is level, and its yaw in W turns at
-    omega_c or is held: its yaw rate in B is that less the omega_b sent to the base.
+    omega_c or is held: its yaw rate in B is that less the omega of the base.
 
     .. pydrake_system::
 
         name: OrientedInverse
-        input_ports: [arm_command, arm_position, ee_command, base_command_smoothed,
-                      base_pose]
+        input_ports: [arm_command, arm_position, ee_command, base_estimate, base_pose]
         output_ports: [arm_velocity_command, arm_status]
 
     The state is the desired yaw of E in W [rad], which at the start of a simulation is
@@ -122,9 +121,7 @@ class OrientedInverse(ArmInverse):
         self.orientation = orientation
         ArmInverse.__init__(self, arm, joint_limits, period)
         self.ee_command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
-        self.base_command_smoothed = self.DeclareVectorInputPort(
-            signals.BASE_COMMAND_SMOOTHED, 2
-        )
+        self.base_estimate = self.DeclareVectorInputPort(signals.BASE_ESTIMATE, 3)
         self.base_pose = self.DeclareVectorInputPort(signals.BASE_POSE, 3)
         self.DeclareDiscreteState(1)
         self.DeclareInitializationDiscreteUpdateEvent(self._start)
@@ -154,7 +151,7 @@ class OrientedInverse(ArmInverse):
             self.arm,
             self.position.Eval(context),
             self.command.Eval(context),
-            omega_W - self.base_command_smoothed.Eval(context)[1],
+            omega_W - self.base_estimate.Eval(context)[2],
             yaw - self.base_pose.Eval(context)[2],
             self.joint_limits,
             self.period,

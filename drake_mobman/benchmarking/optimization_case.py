@@ -26,7 +26,7 @@ class Solution(BenchmarkCase):
 
     def act(self) -> tuple[float, ...] | None:
         """Returns `base_command` and `arm_command` (5,), or None if there is none."""
-        command, at, q, _ = self._tick
+        command, at, q = self._tick[:3]
         self._found = self._block.rates(command, at, q, self._last)
         if self._found is None:
             return None

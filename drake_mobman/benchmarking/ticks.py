@@ -14,6 +14,7 @@ class Tick(NamedTuple):
     ee_cylindrical: np.ndarray  # (3,)
     arm_position: np.ndarray  # (n,)
     base_command_smoothed: np.ndarray  # (2,)
+    base_estimate: np.ndarray  # (3,)
 
 
 def recorded_ticks(run: Run) -> list[Tick]:

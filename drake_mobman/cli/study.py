@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from drake_mobman.simulation.run import Run
     from drake_mobman.simulation.stop import Stop
 
-_NAMES = ("robots",)
+_NAMES = ("faults", "robots")
 """Of all studies, for the shell's completion, which must not wait for Drake."""
 
 

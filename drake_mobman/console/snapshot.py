@@ -14,6 +14,7 @@ _REASON = {
     GateStatus.STALE: "stopped: no recent input",
     GateStatus.STOPPED: "stopped by {who}",
     GateStatus.GONE: "stopped: the operator left",
+    GateStatus.ASTRAY: "stopped: the base does not move as it is told",
 }
 
 _NEXT_STEP = {

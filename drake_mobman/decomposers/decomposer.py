@@ -25,9 +25,10 @@ def declare_decomposer_ports(
 ) -> None:
     """Declares the ports that every decomposer has, so that one can replace another.
 
-    `base_command` may not depend on `base_command_smoothed`: the outputs' prerequisites
-    state that, so the loop through the smoother is not an algebraic one. A decomposer
-    that can fall short of its command also has `decomposer_status`.
+    `base_command` may depend neither on `base_command_smoothed` nor on `base_estimate`:
+    the outputs' prerequisites state that, so the loop through smoother and estimator is
+    not an algebraic one. A decomposer that can fall short of its command also has
+    `decomposer_status`.
     """
     block.command = block.DeclareVectorInputPort(signals.EE_COMMAND, 3)
     block.ee_cylindrical = block.DeclareVectorInputPort(signals.EE_CYLINDRICAL, 3)
@@ -35,9 +36,10 @@ def declare_decomposer_ports(
     block.base_command_smoothed = block.DeclareVectorInputPort(
         signals.BASE_COMMAND_SMOOTHED, 2
     )
+    block.base_estimate = block.DeclareVectorInputPort(signals.BASE_ESTIMATE, 3)
     inputs = block.command, block.ee_cylindrical, block.arm_position
     state = tickets(block, *inputs) | {block.xd_ticket()}
-    smoothed = tickets(block, block.base_command_smoothed)
+    moves = tickets(block, block.base_command_smoothed, block.base_estimate)
     block.base_command = block.DeclareVectorOutputPort(
         signals.BASE_COMMAND, 2, calc_base, prerequisites_of_calc=state
     )
@@ -45,14 +47,14 @@ def declare_decomposer_ports(
         signals.BASE_CONTRIBUTION, 2, calc_share, prerequisites_of_calc=state
     )
     block.arm_command = block.DeclareVectorOutputPort(
-        signals.ARM_COMMAND, 3, calc_arm, prerequisites_of_calc=state | smoothed
+        signals.ARM_COMMAND, 3, calc_arm, prerequisites_of_calc=state | moves
     )
     if calc_status is not None:
         block.decomposer_status = block.DeclareVectorOutputPort(
             signals.DECOMPOSER_STATUS,
             1,
             calc_status,
-            prerequisites_of_calc=state | smoothed,
+            prerequisites_of_calc=state | moves,
         )
 
 
@@ -94,7 +96,8 @@ class ShareDecomposer(LeafSystem):
     .. pydrake_system::
 
         name: ShareDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command]
 
     Args:
@@ -119,7 +122,12 @@ class ShareDecomposer(LeafSystem):
         )
 
     def law(
-        self, command: Vector, at: Vector, _q: Vector, _smoothed: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        _q: Vector,
+        _smoothed: Vector,
+        _estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
         v_c, omega_c, v_z = command

@@ -171,7 +171,7 @@ def exact_base_command(
     p_BS = limiter.arm.p_BS
     joint = first_joint(q, limiter.joint_limits, limiter.arm.turn)
     v_b, omega_b = exact_base(command, at, params, limits, p_BS, joint)
-    arm = arm_compensation(command, at, (v_b, omega_b), p_BS)
+    arm = arm_compensation(command, at, (v_b, 0.0, omega_b), p_BS)
     factors = limiter.steady_scaling(q, arm, v_b, omega_b)
     scale = least(factors, q)
     return BaseCommand((scale * v_b, scale * omega_b), factors, scale)
@@ -182,6 +182,7 @@ def exact_arm_command(
     at: Vector,
     q: Vector,
     smoothed: Vector,
+    estimate: Vector,
     base: BaseCommand,
     limiter: Limiter,
 ) -> tuple[Vector, Scalar]:
@@ -192,15 +193,16 @@ def exact_arm_command(
         at: `ee_cylindrical` (3,).
         q: joint angles (n,) [rad].
         smoothed: `base_command_smoothed` (2,).
+        estimate: `base_estimate` (3,).
         base: the raw base command, and the scaling.
         limiter: of base and joints.
     """
     scale, present = base.scale, Factors()
     if not limiter.base_limits.follows_at_once:
-        present = limiter.present_scaling(q, at, command, smoothed)
+        present = limiter.present_scaling(q, at, command, smoothed, estimate)
         scale = smallest(scale, *present.values(), made_of=(scale,))
     scaled = [scale * c for c in command]
-    arm = arm_compensation(scaled, at, smoothed, limiter.arm.p_BS)
+    arm = arm_compensation(scaled, at, estimate, limiter.arm.p_BS)
     at_axis = where(at[0] < LEAST_REACH, float(DecomposerStatus.SINGULAR), 0.0)
     return arm, status(base.factors, present) + at_axis
 
@@ -212,11 +214,12 @@ class ExactDecomposer(CompensatedDecomposer):
     .. pydrake_system::
 
         name: ExactDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
-    The arm compensates for the smoothed base command, not for the raw one: so smoothing
-    does not disturb the end effector.
+    The arm compensates for what the base does, after smoothing, and not for the raw
+    command: so smoothing does not disturb the end effector.
 
     Args:
         params: of the law.
@@ -247,8 +250,8 @@ class ExactDecomposer(CompensatedDecomposer):
         self.declare_ports()
         state = tickets(self, self.command, self.ee_cylindrical, self.arm_position)
         self._base = cached(self, self._calc_base_command, state)
-        smoothed = tickets(self, self.base_command_smoothed)
-        self._arm = cached(self, self._calc_arm_command, state | smoothed)
+        moves = tickets(self, self.base_command_smoothed, self.base_estimate)
+        self._arm = cached(self, self._calc_arm_command, state | moves)
 
     def base(self, context: Any) -> tuple[Scalar, Scalar]:
         """Returns the `base_command`."""
@@ -263,21 +266,31 @@ class ExactDecomposer(CompensatedDecomposer):
         return self._arm(context)[1]
 
     def law(
-        self, command: Vector, at: Vector, q: Vector, smoothed: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        q: Vector,
+        smoothed: Vector,
+        estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
         inputs = command, at, q
         base = exact_base_command(*inputs, self.params, self.workspace, self.limiter)
-        arm, _ = exact_arm_command(*inputs, smoothed, base, self.limiter)
+        arm, _ = exact_arm_command(*inputs, smoothed, estimate, base, self.limiter)
         return *base.base, *arm
 
     def law_without_limits(
-        self, command: Vector, at: Vector, _q: Vector, smoothed: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        _q: Vector,
+        _smoothed: Vector,
+        estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the same where no limit is active, which is faster."""
         p_BS = self.arm.p_BS
         base = exact_base(command, at, self.params, self.workspace, p_BS)
-        return *base, *arm_compensation(command, at, smoothed, p_BS)
+        return *base, *arm_compensation(command, at, estimate, p_BS)
 
     def _calc_base_command(self, context: Any) -> BaseCommand:
         return exact_base_command(
@@ -285,8 +298,13 @@ class ExactDecomposer(CompensatedDecomposer):
         )
 
     def _calc_arm_command(self, context: Any) -> tuple[Vector, Scalar]:
-        smoothed, base = self.base_command_smoothed.Eval(context), self._base(context)
-        return exact_arm_command(*self._inputs(context), smoothed, base, self.limiter)
+        return exact_arm_command(
+            *self._inputs(context),
+            self.base_command_smoothed.Eval(context),
+            self.base_estimate.Eval(context),
+            self._base(context),
+            self.limiter,
+        )
 
     def _inputs(self, context: Any) -> tuple[Vector, Vector, Vector]:
         # Python's floats take half the time of numpy's.

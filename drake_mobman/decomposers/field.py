@@ -59,7 +59,8 @@ class FieldDecomposer(CompensatedDecomposer):
     .. pydrake_system::
 
         name: FieldDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     Args:
@@ -88,11 +89,16 @@ class FieldDecomposer(CompensatedDecomposer):
         )
 
     def law(
-        self, command: Vector, at: Vector, q: Vector, smoothed: Vector
+        self,
+        command: Vector,
+        at: Vector,
+        q: Vector,
+        _smoothed: Vector,
+        estimate: Vector,
     ) -> tuple[Scalar, ...]:
         """Returns the components of `base_command` and of `arm_command`."""
         base, _ = self._base_and_status(q)
-        return *base, *arm_compensation(command, at, smoothed, self.arm.p_BS)
+        return *base, *arm_compensation(command, at, estimate, self.arm.p_BS)
 
     def _calc_base_command(self, context: Any) -> tuple[tuple[Scalar, Scalar], Scalar]:
         return self._base_and_status(self.arm_position.Eval(context).tolist())
@@ -112,7 +118,7 @@ class FieldDecomposer(CompensatedDecomposer):
         return arm_compensation(
             self.command.Eval(context).tolist(),
             self.ee_cylindrical.Eval(context).tolist(),
-            self.base_command_smoothed.Eval(context).tolist(),
+            self.base_estimate.Eval(context).tolist(),
             self.arm.p_BS,
         )
 

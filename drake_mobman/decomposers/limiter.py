@@ -149,16 +149,24 @@ class Limiter:
         rates = self.arm.undamped_rates(q, arm_command)
         return factors | self._arm_factors(q, rates, excesses)
 
-    def present_scaling(self, q: Any, at: Any, command: Any, smoothed: Any) -> Factors:
+    def present_scaling(
+        self, q: Any, at: Any, command: Any, smoothed: Any, estimate: Any
+    ) -> Factors:
         """Returns the factors at the base's present velocity.
+
+        Joints are judged by how the base moves, the edges of the workspace by how it is
+        sent: where it falls short of that, the end effector goes on exactly, and the
+        arm reaches past an edge meanwhile.
 
         Args:
             q: joint angles (n,) [rad].
             at: `ee_cylindrical` (3,).
             command: `ee_command` (3,).
             smoothed: `base_command_smoothed` (2,).
+            estimate: `base_estimate` (3,).
         """
-        along, turning = base_induced_rates(at, smoothed[0], smoothed[1], self.arm.p_BS)
+        v, v_y, omega = estimate
+        along, turning = base_induced_rates(at, v, omega, self.arm.p_BS, v_y)
         induced = along, turning, 0.0
 
         def excesses(rates: Any, by_base: Any) -> tuple[list[Scalar], list[Scalar]]:
@@ -173,7 +181,8 @@ class Limiter:
         rates = self.arm.undamped_rates(q, command, induced)
         factors = self._arm_factors(q, rates, excesses)
         if self.workspace is not None:
-            by_edge = self._by_edges(self.workspace, at, command, induced)
+            sent = base_induced_rates(at, smoothed[0], smoothed[1], self.arm.p_BS)
+            by_edge = self._by_edges(self.workspace, at, command, sent)
             factors[DecomposerStatus.WORKSPACE] = factor_by(*by_edge)
         return factors
 

@@ -42,7 +42,8 @@ class OptimizationDecomposer(LeafSystem):
     .. pydrake_system::
 
         name: OptimizationDecomposer
-        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed]
+        input_ports: [ee_command, ee_cylindrical, arm_position, base_command_smoothed,
+                      base_estimate]
         output_ports: [base_command, base_contribution, arm_command, decomposer_status]
 
     It solves once a period. Where there is no solution, or an input is NaN or far too

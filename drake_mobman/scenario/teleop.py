@@ -7,7 +7,9 @@ from drake_mobman.arm.closed_form_inverse import INVERSES
 from drake_mobman.base import BaseController
 from drake_mobman.decomposers import Decomposer
 from drake_mobman.decomposers.field import build_decomposer
-from drake_mobman.parameters import one_of
+from drake_mobman.estimation import Estimate
+from drake_mobman.estimation.sent import Sent
+from drake_mobman.parameters import ParameterError, one_of
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.scenario.fit import below, keyed
 from drake_mobman.scenario.scenario import OF_ROBOT, Scenario
@@ -30,6 +32,8 @@ class Teleop(Scenario):
     alternatives: list[Decomposer] = dc.field(default_factory=list)
     # From one decomposer to another.
     transition: Transition = dc.field(default_factory=Transition)
+    # Of the base's motion, which the arm makes up for.
+    estimate: Estimate = dc.field(default_factory=Sent)
     inverse: str = "positions"  # An arm in closed form inverts "positions" or "rates".
 
     @property
@@ -63,7 +67,16 @@ class Teleop(Scenario):
                 build_decomposer(params, setup)
         self.smoother.build(setup)
         self.robot.arm_inverse(setup)
-        self.build_robot(setup)
+        with below("estimate"):
+            self.estimate.build(setup.period)
+        robot = self.build_robot(setup)
+        for name in self.estimate.measures:
+            if not robot.HasOutputPort(name):
+                tag, at = (
+                    f"!{type(x).__name__}" for x in (self.estimate, self.fidelity)
+                )
+                valid = f"needs {name}, which fidelity {at} does not measure"
+                raise ParameterError("estimate", tag, f"{valid}; !Sent needs nothing")
 
     def build_robot(self, setup: RobotSetup) -> Any:
         """Returns the robot as a diagram, at the start."""

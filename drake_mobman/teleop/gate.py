@@ -33,7 +33,7 @@ from drake_mobman.teleop.live import SIZE, OperatorSample
 
 
 class GateStatus(enum.IntEnum):
-    """Why the robot is held still; the first values are those of `GuardStatus`."""
+    """Why the robot is held still; it has the values of `GuardStatus`."""
 
     OK = 0
     NOT_FINITE = 1
@@ -50,6 +50,8 @@ class GateStatus(enum.IntEnum):
     """Someone asked for a stop."""
     GONE = 7
     """There is no operator any more: handed over, left, or disconnected."""
+    ASTRAY = 8
+    """The base has not moved as it was sent for too long."""
 
 
 class Arming(enum.IntEnum):
@@ -85,12 +87,18 @@ class GateState(NamedTuple):
 
 
 def input_status(
-    sample: OperatorSample, gate: Gate, guard: Guard, draggable: Draggable = NO_BODY
+    sample: OperatorSample,
+    gate: Gate,
+    guard: Guard,
+    draggable: Draggable = NO_BODY,
+    astray: float = 0.0,
 ) -> GateStatus:
     """Returns why the operator's input may not pass, the gravest reason, or OK."""
     # In these comparisons, a NaN never counts as held, as fresh, or as no stop.
     if sample.stop != 0:
         return GateStatus.STOPPED
+    if astray != 0:
+        return GateStatus.ASTRAY
     if sample.age == math.inf:
         return GateStatus.GONE
     if not 0 <= sample.age <= gate.fresh:
@@ -121,6 +129,7 @@ def next_state(
     gate: Gate,
     guard: Guard,
     draggable: Draggable = NO_BODY,
+    astray: float = 0.0,
 ) -> GateState:
     """Returns the gate's state one period on.
 
@@ -133,8 +142,9 @@ def next_state(
         gate: what shows that an operator is there.
         guard: what a command may be.
         draggable: which bodies may be dragged.
+        astray: `base_astray`.
     """
-    status = input_status(sample, gate, guard, draggable)
+    status = input_status(sample, gate, guard, draggable, astray)
     if status == GateStatus.OK and last.arming != Arming.LATCHED:
         return GateState(Arming.ARMED, GateStatus.OK)
     if is_at_rest(sample, gate, guard) and last.arming != Arming.ARMED:
@@ -153,6 +163,7 @@ class CommandGate(LeafSystem):
         name: CommandGate
         input_ports:
         - operator_input
+        - base_astray (where it is watched)
         output_ports:
         - ee_command
         - guard_status
@@ -175,6 +186,7 @@ class CommandGate(LeafSystem):
         guard: what a command may be, and how it is stopped.
         period: control period [s].
         draggable: which bodies may be dragged.
+        watched: whether an estimator tells where the base is astray.
 
     Raises:
         ParameterError: where a parameter is not valid.
@@ -186,6 +198,8 @@ class CommandGate(LeafSystem):
         guard: Guard,
         period: float,
         draggable: Draggable = NO_BODY,
+        *,
+        watched: bool = False,
     ) -> None:
         super().__init__()
         self.params = checked(params)
@@ -196,6 +210,10 @@ class CommandGate(LeafSystem):
         self.input = self.DeclareVectorInputPort(signals.OPERATOR_INPUT, SIZE)
         given = tickets(self, self.input)
         both = given | {self.xd_ticket()}
+        self.astray: Any = None
+        if watched:
+            self.astray = self.DeclareVectorInputPort(signals.BASE_ASTRAY, 1)
+            both |= tickets(self, self.astray)
         ports = [
             (signals.EE_COMMAND, 3, self._calc_passed, both),
             (signals.GUARD_STATUS, 1, self._calc_guard_status, given),
@@ -217,7 +235,10 @@ class CommandGate(LeafSystem):
         sample = self._sample(context)
         *passed, arming, status = context.get_discrete_state_vector().value()
         last = GateState(Arming(int(arming)), GateStatus(int(status)))
-        state = next_state(last, sample, self.params, self.guard, self.draggable)
+        astray = self.astray.Eval(context)[0] if self.astray is not None else 0.0
+        state = next_state(
+            last, sample, self.params, self.guard, self.draggable, astray
+        )
         if state.arming == Arming.ARMED:
             return clamped(sample.command, self.guard), state
         return braked(passed, self.guard, self.period), state

@@ -21,6 +21,7 @@ from drake_mobman.scalars import (
     Scalar,
     Vector,
     is_finite,
+    larger,
     nearer_to_rest,
     saturated,
     where,
@@ -33,6 +34,8 @@ class GuardStatus(enum.IntEnum):
     OK = 0
     NOT_FINITE = 1
     OVER_RANGE = 2
+    ASTRAY = 8
+    """The base has not moved as it was sent for too long."""
 
 
 @dc.dataclass
@@ -105,53 +108,75 @@ class CommandGuard(LeafSystem):
         name: CommandGuard
         input_ports:
         - ee_command
+        - base_astray (where it is watched)
         output_ports:
         - ee_command
         - guard_status
 
     The state is the command last passed. A command that may not pass becomes a stop
     from there, within `stop_time`; the status gives the reason for as long as it lasts.
+    A base that is astray ends all commands for good: nobody is there to look at it. The
+    state then has one more number, 1 from then on.
 
     Args:
         params: what a command may be, and how it is stopped.
         period: control period [s].
+        watched: whether an estimator tells where the base is astray.
 
     Raises:
         ParameterError: where a parameter is not valid.
     """
 
-    def __init__(self, params: Guard, period: float) -> None:
+    def __init__(self, params: Guard, period: float, *, watched: bool = False) -> None:
         self.params = checked(params)
         self.period = checked_period(period)
         self.command = self.DeclareVectorInputPort(signals.EE_COMMAND, 3)
-        command = tickets(self, self.command)
+        command = needs = tickets(self, self.command)
+        self.astray: Any = None
+        if watched:
+            self.astray = self.DeclareVectorInputPort(signals.BASE_ASTRAY, 1)
+            needs = command | tickets(self, self.astray) | {self.xd_ticket()}
         self.passed = self.DeclareVectorOutputPort(
             signals.EE_COMMAND,
             3,
             self._calc_passed,
-            prerequisites_of_calc=command | {self.xd_ticket()},
+            prerequisites_of_calc=needs | {self.xd_ticket()},
         )
         self.DeclareVectorOutputPort(
-            signals.GUARD_STATUS, 1, self._calc_status, prerequisites_of_calc=command
+            signals.GUARD_STATUS, 1, self._calc_status, prerequisites_of_calc=needs
         )
-        self.DeclareDiscreteState(3)
+        self.DeclareDiscreteState(4 if watched else 3)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep_passed)
 
     def _calc_passed(self, context: Any, output: Any) -> None:
         command = self.command.Eval(context)
         last = context.get_discrete_state_vector()
         stop = braked([last.GetAtIndex(i) for i in range(3)], self.params, self.period)
-        ok = command_status(command, self.params) == GuardStatus.OK
+        ok = self._status(context, command) == GuardStatus.OK
         good = clamped(command, self.params)
         passed = [where(ok, c, b) for c, b in zip(good, stop, strict=True)]
         output.SetFromVector(np.array(passed))
 
     def _calc_status(self, context: Any, output: Any) -> None:
-        status = command_status(self.command.Eval(context), self.params)
+        status = self._status(context, self.command.Eval(context))
         output.SetFromVector(np.array([self.scalar(1.0) * status]))
 
+    def _status(self, context: Any, command: Vector) -> Scalar:
+        status = command_status(command, self.params)
+        if self.astray is None:
+            return status
+        return where(self._has_strayed(context) > 0, float(GuardStatus.ASTRAY), status)
+
+    def _has_strayed(self, context: Any) -> Scalar:
+        """Returns 1 where the base is astray, or has been."""
+        before = context.get_discrete_state_vector().GetAtIndex(3)
+        return larger(before, self.astray.Eval(context)[0])
+
     def _keep_passed(self, context: Any, state: Any) -> None:
-        state.get_mutable_vector().SetFromVector(self.passed.Eval(context))
+        after = [*self.passed.Eval(context)]
+        if self.astray is not None:
+            after.append(self._has_strayed(context))
+        state.get_mutable_vector().SetFromVector(np.array(after))
 
 
 CommandGuard_ = CommandGuard.template

@@ -153,6 +153,7 @@ def told(block, q, command):
         "ee_cylindrical": Planar().arm().ee_cylindrical(q),
         "arm_position": q,
         "base_command_smoothed": (0.1, -0.2),
+        "base_estimate": (0.1, 0.0, -0.2),
     }
     for name, value in inputs.items():
         block.GetInputPort(name).FixValue(context, value)
@@ -175,7 +176,7 @@ def test_exact_decomposition_keeps_what_limits_there_are(smoother):
                 command, at, q, Exact(), WorkspaceLimits(), limiter
             )
             rest, status = exact_arm_command(
-                command, at, q, (0.1, -0.2), course, limiter
+                command, at, q, (0.1, -0.2), (0.1, 0.01, -0.2), course, limiter
             )
             return course.base, rest, status
 
@@ -241,10 +242,10 @@ def test_exact_decomposition_keeps_them_on_an_arm_by_its_jacobian():
 
         def factors(one):
             mine = dc.replace(limiter, joint_limits=one)
-            rest = (0.9, 0.5, 0.3)
+            rest, moves = (0.9, 0.5, 0.3), ((0.1, 0.2), (0.1, 0.01, 0.2))
             return [
                 [*mine.steady_scaling(POSTURE, rest, 0.2, 0.1).values()],
-                [*mine.present_scaling(POSTURE, at, rest, (0.1, 0.2)).values()],
+                [*mine.present_scaling(POSTURE, at, rest, *moves).values()],
             ]
 
         same(factors, limits)
@@ -267,6 +268,7 @@ def test_a_first_joint_without_limits_leaves_the_elbow_its_own(fed, outputs):
                 ee_cylindrical=arm.ee_cylindrical(q),
                 arm_position=q,
                 base_command_smoothed=(0.0, 0.0),
+                base_estimate=(0.0, 0.0, 0.0),
             )
             found = outputs(each, context)
             # l = 2 cos(theta_2 / 2): l' = -sin(theta_2 / 2) theta_2', 2 % kept back.
@@ -290,6 +292,7 @@ def test_a_joint_that_is_nowhere_makes_no_command_that_looks_like_one(robot, fed
             ee_cylindrical=(1.0, 0.3, 0.0),
             arm_position=nowhere,
             base_command_smoothed=(0.0, 0.0),
+            base_estimate=(0.0, 0.0, 0.0),
         )
         for name in ("base_command", "arm_command"):
             # Compiled, Drake has nothing to do with the square root of NaN.

@@ -76,7 +76,7 @@ INPUTS = {
     "arm_command": (0.1, -0.2, 0.05),
     "arm_position": np.add(POSTURE, [-0.3, 0.1, 0.4, 0.1, -0.3, 0.1, 0.2]),
     "ee_command": (0.2, 0.3, 0.05),
-    "base_command_smoothed": (0.1, 0.25),
+    "base_estimate": (0.1, 0.02, 0.25),
     "base_pose": (0.4, -0.3, 0.7),
 }
 

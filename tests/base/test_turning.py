@@ -157,6 +157,7 @@ def test_the_decomposer_names_the_end_that_holds_the_base(made, fed, outputs):
             ee_cylindrical=at,
             arm_position=q,
             base_command_smoothed=(0, 0),
+            base_estimate=(0, 0, 0),
         )
         return outputs(block, context)
 

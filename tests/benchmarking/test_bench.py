@@ -97,6 +97,7 @@ def test_ticks_are_what_the_decomposer_was_told(run):
         "ee_cylindrical",
         "arm_position",
         "base_command_smoothed",
+        "base_estimate",
     ):
         together = np.array([getattr(tick, name) for tick in ticks])
         assert np.array_equal(together, run.log[name])

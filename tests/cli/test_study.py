@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drake_mobman.analysis.studies import STUDIES
+from drake_mobman.analysis.studies.faults import FAULTS
 from drake_mobman.analysis.studies.robots import fitted
 from drake_mobman.cli.app import app
 from drake_mobman.cli.study import completed_studies
@@ -49,6 +50,28 @@ def test_every_robot_has_a_row_with_its_runs_numbers(tmp_path, monkeypatch):
     assert "fetch" in result.stdout
 
 
+def test_every_fault_has_a_row_with_each_law_and_estimate(tmp_path, monkeypatch):
+    faults = {name: FAULTS[name] for name in ("none", "delay 50 ms")}
+    monkeypatch.setattr("drake_mobman.analysis.studies.faults.FAULTS", faults)
+    folder = tmp_path / "out"
+    result = mobman(
+        *("compare", "kwon_franka", "--over", "faults"),
+        *("--set", "duration=3", "--out", folder),
+    )
+    assert result.exit_code == 0, result.stderr
+    (file,) = folder.glob("*/study.json")
+    content = json.loads(file.read_text())
+    assert list(content["table"]) == list(faults)
+    for row, runs in content["metrics"].items():
+        assert list(runs) == ["blending", "sent", "measured", "noisy"]
+        numbers = content["table"][row]
+        for name, run in runs.items():
+            assert numbers[name] == pytest.approx(1e3 * run["ee_error_rms"])
+        assert numbers["stopped"] == 0
+    late = content["table"]["delay 50 ms"]
+    assert late["measured"] < late["sent"] < late["blending"]
+
+
 def test_a_robot_without_wheels_is_not_driven_on_them():
     assert "exact on wheels" not in fitted(File(str(robot_paths()["pr2"])))
 
@@ -61,8 +84,11 @@ def test_each_robot_that_comes_along_can_be_used():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--over", "nosuch"], "must be one of robots"),
+        (["--over", "nosuch"], "must be one of faults, robots"),
         (["kwon_1", "--over", "robots"], "has scenarios of its own"),
+        (["--over", "faults"], "give a SCENARIO for --over faults"),
+        (["petric_guided", "--over", "faults"], "needs a Teleop scenario"),
+        (["kwon_1", "--over", "faults"], "!Planar has no wheels"),
         (["--over", "robots", "--decomposers", "exact"], "give it alone"),
         (["--decomposers", "exact"], "give a SCENARIO"),
         (["kwon_1"], "give --decomposers"),

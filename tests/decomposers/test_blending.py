@@ -23,7 +23,11 @@ ROUNDING = 4e-16
 L_MIN, L_MAX, PSI_MIN, PSI_MAX = 0.4, 1.6, -0.7, 0.7
 ALPHA = 21.0
 
-ALONE = {"arm_position": [0.0, 0.0], "base_command_smoothed": [0.0, 0.0]}
+ALONE = {
+    "arm_position": [0.0, 0.0],
+    "base_command_smoothed": [0.0, 0.0],
+    "base_estimate": [0.0, 0.0, 0.0],
+}
 """Inputs that a law of shares does not look at."""
 
 TABLE_2 = ["kwon_1", "kwon_2", "kwon_3", "kwon_4"]

@@ -145,9 +145,10 @@ def block(name="kwon_arbitrary", *overrides):
     return build_decomposer(scenario.decomposer, scenario.setup())
 
 
-def test_what_the_base_does_needs_not_what_it_is_sent():
+@pytest.mark.parametrize("told", ["base_command_smoothed", "base_estimate"])
+def test_what_the_base_does_needs_not_what_it_is_sent(told):
     exact = block("kwon_arbitrary", SMOOTHED)
-    sent = exact.GetInputPort("base_command_smoothed").get_index()
+    sent = exact.GetInputPort(told).get_index()
     needs_it = {
         name: exact.HasDirectFeedthrough(sent, exact.GetOutputPort(name).get_index())
         for name in (
@@ -186,6 +187,7 @@ def test_each_limit_is_named(fed, outputs):
             ee_cylindrical=at,
             arm_position=q,
             base_command_smoothed=sent,
+            base_estimate=(sent[0], 0.0, sent[1]),
         )
         found = outputs(exact, context)
         return DecomposerStatus(int(found["decomposer_status"][0])), found
@@ -227,6 +229,7 @@ def test_autodiff_gives_the_slope_of_a_finite_difference(fed, outputs):
             ee_cylindrical=at,
             arm_position=arm.inverse(at),
             base_command_smoothed=sent,
+            base_estimate=(sent[0], 0.0, sent[1]),
         )
         found = outputs(exact, context)
         return np.concatenate([found["base_command"], found["arm_command"]])
@@ -240,6 +243,7 @@ def test_autodiff_gives_the_slope_of_a_finite_difference(fed, outputs):
         ("ee_cylindrical", at),
         ("arm_position", np.array(arm.inverse(at))),
         ("base_command_smoothed", sent),
+        ("base_estimate", np.array([sent[0], 0.0, sent[1]])),
     ):
         other.GetInputPort(name).FixValue(context, value + 0 * l)
     slope = [

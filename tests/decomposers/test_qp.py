@@ -68,6 +68,7 @@ def inputs_of(name, command=(0.1, 0.1, 0.05), hand=NEAR):
         "ee_cylindrical": np.array(arm.ee_cylindrical(q)),
         "arm_position": q,
         "base_command_smoothed": np.zeros(2),
+        "base_estimate": np.zeros(3),
     }
 
 
@@ -326,9 +327,10 @@ def test_ports_are_those_of_any_other_decomposer_and_a_status(name):
 
 
 @every_block
-def test_what_the_base_does_needs_not_what_it_is_sent(name):
+@pytest.mark.parametrize("told", ["base_command_smoothed", "base_estimate"])
+def test_what_the_base_does_needs_not_what_it_is_sent(name, told):
     block = BLOCKS[name]
-    sent = block.GetInputPort("base_command_smoothed").get_index()
+    sent = block.GetInputPort(told).get_index()
     for output in ("base_command", "base_contribution"):
         index = block.GetOutputPort(output).get_index()
         assert not block.HasDirectFeedthrough(sent, index)

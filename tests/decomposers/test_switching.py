@@ -15,7 +15,11 @@ from drake_mobman.robot_model import WorkspaceLimits
 
 L_MIN, L_MAX, PSI_MIN, PSI_MAX = 0.4, 1.6, -0.7, 0.7
 
-ALONE = {"arm_position": [0.0, 0.0], "base_command_smoothed": [0.0, 0.0]}
+ALONE = {
+    "arm_position": [0.0, 0.0],
+    "base_command_smoothed": [0.0, 0.0],
+    "base_estimate": [0.0, 0.0, 0.0],
+}
 """Inputs that a law of shares does not look at."""
 
 SPEED = st.floats(-0.4, 0.4)

@@ -34,6 +34,7 @@ def example(monkeypatch):
     [
         ("linearize_at_the_limit", "1 - h alpha v_c / 2: 0.9685"),  # 1 - 0.01 x 3.15.
         ("tune_alpha", "by AutoDiffXd"),
+        ("poles_of_the_estimate", "measured late"),
     ],
 )
 def test_example_runs(example, capsys, name, says):
@@ -162,3 +163,13 @@ def test_tuned_alpha_is_the_best(example):
     by_hand = grid[np.argmin([worked_out_cost(lesson, alpha) for alpha in grid])]
     # Within what the steps of 0.01 s make of it.
     assert best == pytest.approx(by_hand, rel=0.01)
+
+
+def test_no_estimate_of_the_base_shakes_it(example):
+    lesson = example("poles_of_the_estimate")
+    for name, estimate in lesson.ESTIMATES.items():
+        found = lesson.poles(estimate)
+        assert np.abs(found).max() < 1.0, name
+        # Those that turn are damped to a tenth within half a second.
+        turning = found[np.abs(found.imag) > 1e-6]
+        assert (np.abs(turning) ** 50 < 0.1).all(), name

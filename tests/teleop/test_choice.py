@@ -72,6 +72,7 @@ AT = {
     "ee_command": [0.3, -0.2, 0.1],
     "ee_cylindrical": [1.58, -0.66, 0.0],
     "base_command_smoothed": [0.1, 0.05],
+    "base_estimate": [0.1, 0.01, 0.05],
 }
 
 
@@ -116,16 +117,17 @@ def test_whoever_is_chosen_drives_as_if_alone(kwon, fed, outputs):
 def test_ports_are_those_of_a_decomposer_and_the_handover(kwon):
     scenario, blocks, _ = kwon
     choice = make_choice(blocks, Transition(), scenario.period)
-    names = {choice.get_input_port(i).get_name() for i in range(5)}
+    names = {choice.get_input_port(i).get_name() for i in range(6)}
     assert names == {"operator_input", "ee_command", "arm_position", *AT}
-    assert choice.num_input_ports() == 5
+    assert choice.num_input_ports() == 6
     for name in (*PARTS, "decomposer_status", "handover"):
         assert choice.HasOutputPort(name)
     # What the base does may not depend on what it is sent, or there is a loop.
-    sent = choice.GetInputPort("base_command_smoothed").get_index()
-    for name in ("base_command", "base_contribution"):
-        out = choice.GetOutputPort(name).get_index()
-        assert not choice.HasDirectFeedthrough(sent, out)
+    for told in ("base_command_smoothed", "base_estimate"):
+        sent = choice.GetInputPort(told).get_index()
+        for name in ("base_command", "base_contribution"):
+            out = choice.GetOutputPort(name).get_index()
+            assert not choice.HasDirectFeedthrough(sent, out)
 
 
 def test_parts_sum_to_the_command_while_one_law_of_shares_follows_another(kwon, fed):
