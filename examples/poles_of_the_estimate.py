@@ -3,11 +3,11 @@
     python examples/poles_of_the_estimate.py [FILE.png]
 
 The exact law on the planar robot drives the end effector round a bend, steadily, with
-the base carrying it; its drive is late and lags, and its wheels are larger than it knows. The
-whole loop, decomposer to drive and back, is linearized there by AutoDiffXd: of x_{k+1}
-= f(x_k) the poles are the eigenvalues of df/dx. All that are neither 0 nor an
-integrator's 1 are shown, for an estimate by what is sent, by what is measured, and by
-what is measured late.
+the base carrying it; its drive is late and lags, and its wheels are larger than it
+knows. The whole loop, decomposer to drive and back, is linearized there by AutoDiffXd:
+of x_{k+1} = f(x_k) the poles are the eigenvalues of df/dx. All that are neither 0 nor
+an integrator's 1 are shown, for an estimate by what is sent, by what is measured, and
+by what is measured late.
 """
 
 import sys

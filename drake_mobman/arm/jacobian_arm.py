@@ -32,7 +32,6 @@ from drake_mobman.scalars import (
     larger,
     smaller,
     where,
-    wrapped_angle,
 )
 from drake_mobman.tracing import all_named, named
 
@@ -131,11 +130,12 @@ class JacobianArm:
         self.wrist = tuple(np.flatnonzero(~moved).tolist()) if self.level else ()
         x, y, self._z = np.subtract(at.X_BE.p, p_BS).tolist()
         # Of the posture, at the turning joint's zero.
-        self._bearing = wrapped_angle(atan2(y, x) - self._turned(self.posture))
-        if self._bearing < _AT_BACK - math.pi:
-            self._bearing += 2 * math.pi
+        psi = atan2(y, x)
+        if psi < _AT_BACK - math.pi:
+            psi += 2 * math.pi
+        # Not wrapped, as the joint's angle is not: psi is the posture's bearing there.
+        self._bearing = psi - self._turned(self.posture)
         # E's axes are B's where it is level, and its reach is along x.
-        psi = self._turned(self.posture) + self._bearing
         self.chain = self.chain.with_tool_turned(
             np.transpose(at.X_BE.R) @ rotation_about_z(psi)
         )

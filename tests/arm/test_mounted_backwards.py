@@ -169,3 +169,20 @@ def test_free_arm_pulled_over_its_back_has_a_psi_without_a_jump(compiled):
     assert np.abs(np.diff(psi)).max() < 0.3
     assert psi.min() == pytest.approx(0.0, abs=0.01)
     assert psi.max() > math.pi + 0.3
+
+
+@pytest.mark.parametrize("yaw", [math.pi, -math.pi, 2.5])
+@pytest.mark.parametrize("turned", [-2.8, -1.0, 1.0, 2.8])
+def test_psi_at_the_posture_is_the_hands_bearing_however_far_its_joint_is_turned(
+    yaw, turned
+):
+    """By a turn more, the base would turn towards a hand that is ahead of it."""
+    model = RobotModel(FrankaTiago(mount_yaw=yaw))
+    posture = [turned, *POSTURE[1:]]
+    arm = JacobianArm(model.plant, posture)
+    model.set_state([0.0, 0.0, 0.0, *posture], np.zeros(10))
+    x, y, _ = np.subtract(model.p_W("tool"), arm.p_BS)
+    assert arm.ee_cylindrical(posture)[1] == pytest.approx(math.atan2(y, x), abs=1e-9)
+    for q0 in np.linspace(-2.89, 2.89, 21):
+        psi = arm.ee_cylindrical([q0, *POSTURE[1:]])[1]
+        assert psi == pytest.approx(math.atan2(y, x) + q0 - turned, abs=1e-9)

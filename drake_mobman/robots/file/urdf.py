@@ -1,5 +1,6 @@
 """URDF as Drake takes it: what Drake does not know is left out, and kept aside."""
 
+import copy
 import hashlib
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -50,6 +51,7 @@ def urdf_model(root: ET.Element, path: Path, packages: Packages) -> Model:
     for link in root.iter("link"):
         link.attrib.pop("type", None)
         _clean_mass(link, path)
+    _define_materials(root)
     _rename_materials(root)
     files = {
         uri: mesh_file(uri, path, packages, path.parent)
@@ -135,10 +137,39 @@ def _number(x: ET.Element, key: str, path: Path, default: float = 0.0) -> float:
         raise ParameterError("model", path.name, valid) from None
 
 
+def _define_materials(root: ET.Element) -> None:
+    """Gives materials that are only named the colour of their name, or takes them off.
+
+    Drake takes a name only where the top of the file defines it; others define it at
+    its first use, or at any.
+    """
+
+    def is_defined(material: ET.Element) -> bool:
+        return any(material.find(x) is not None for x in ("color", "texture"))
+
+    at_top = {x.get("name") for x in root.findall("material") if is_defined(x)}
+    colours: dict[str | None, ET.Element] = {}
+    for material in root.iter("material"):
+        colour = material.find("color")
+        if colour is not None:
+            colours.setdefault(material.get("name"), colour)
+    for parent in (root, *root.iter("visual")):
+        for material in parent.findall("material"):
+            name = material.get("name")
+            if is_defined(material) or name in at_top:
+                continue
+            if name in colours:
+                material.append(copy.deepcopy(colours[name]))
+            else:
+                parent.remove(material)
+
+
 def _rename_materials(root: ET.Element) -> None:
     """Names materials by their colours too: Drake refuses two colours of one name."""
     colours: dict[str, str] = {}
-    for material in root.iter("material"):
+    # Those at the top keep their names, wherever they stand: others refer to them.
+    at_top = root.findall("material")
+    for material in (*at_top, *(x for x in root.iter("material") if x not in at_top)):
         colour = material.find("color")
         if colour is None:
             continue

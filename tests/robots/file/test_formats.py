@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_mobman.frames import frame
 from drake_mobman.robot_model import RobotModel
+from drake_mobman.robot_model.model import drawn_plant
 from drake_mobman.robots.file import File
 
 from .conftest import ARM, POSTURE
@@ -172,3 +173,26 @@ def test_same_part_twice_is_told_apart_by_its_models_name(folder):
     robot = File(str(folder.path / "small.robot.yaml")).described()
     assert {"pin::tip", "pin_1::tip"} <= robot.loose.parsed.frames.keys()
     assert robot.layout.tool == "pin_1::tip"
+
+
+@pytest.mark.parametrize("defined", ["later", "at the end", "nowhere"])
+def test_material_that_is_named_before_it_is_defined_is_drawn(folder, defined):
+    ball = '<visual><geometry><sphere radius="0.1"/></geometry>{}</visual>'
+    whole = '<material name="grey"><color rgba="0.2 0.3 0.4 1"/></material>'
+    other = whole.replace("0.2", "0.9") if defined == "at the end" else ""
+    for body, material in (
+        ("chassis", '<material name="grey"/>'),
+        ("column", whole if defined == "later" else other),
+    ):
+        at = f'<link name="{body}">'
+        folder.change("small.urdf", at, at + ball.format(material))
+    if defined == "at the end":
+        folder.change("small.urdf", "</robot>", f"{whole}</robot>")
+    plant, scene_graph = drawn_plant(File(str(folder.path / "small.robot.yaml")))
+    inspector = scene_graph.model_inspector()
+    (shape,) = plant.GetVisualGeometriesForBody(plant.GetBodyByName("chassis"))
+    drawn = inspector.GetIllustrationProperties(shape)
+    assert drawn.HasProperty("phong", "diffuse") is (defined != "nowhere")
+    if defined != "nowhere":
+        rgba = drawn.GetProperty("phong", "diffuse")
+        assert [rgba.r(), rgba.g(), rgba.b()] == pytest.approx([0.2, 0.3, 0.4])
