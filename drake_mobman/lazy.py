@@ -26,8 +26,8 @@ def lazy_getattr(package: str, parts: Sequence[str] = ()) -> Callable[[str], Any
     def imported(name: str) -> Any:
         module = sys.modules[package]
         at = modules_of(package).get(name)
-        # Python itself looks for names with underscores, at any time.
-        if not at and not name.startswith("_"):
+        # Python itself looks for other names, as those of modules, at any time.
+        if not at and name[:1].isupper():
             at = _classes(package, *parts).get(name)
         if not at:
             message = f"module {package!r} has no attribute {name!r}"

@@ -1,5 +1,9 @@
 """What tests of blocks share: blocks fed by hand, without a diagram."""
 
+import os
+import shutil
+import tempfile
+
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -7,6 +11,20 @@ from hypothesis import settings
 # The same examples in each run, and none fails for a busy machine.
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile("repeatable")
+
+
+def pytest_configure(config):
+    """Lets all processes of a session share what Python compiled, and removes it.
+
+    Some machines tell Python to write none of it. Each of the hundred processes that
+    the tests start would compile the package anew, in a quarter of a second.
+    """
+    if hasattr(config, "workerinput"):  # It has its environment of the one above.
+        return
+    compiled = tempfile.mkdtemp(prefix="pycache-")
+    config.add_cleanup(lambda: shutil.rmtree(compiled, ignore_errors=True))
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = compiled
 
 
 @pytest.fixture(scope="session")

@@ -1,13 +1,16 @@
-"""The pictures of a run, as files: its figures, and its motion in 3D."""
+"""The pictures of a run, as files: its figures, and its motion in 3D.
+
+Matplotlib takes half a second to import. A run without figures does not wait for it.
+"""
 
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from drake_mobman.figures import RunFigure, figures_of
-from drake_mobman.figures.scene import scene
-from drake_mobman.figures.style import SMALL
 from drake_mobman.simulation.run import Run
 from drake_mobman.simulation.run_folder import SCENE, Pictures
+
+if TYPE_CHECKING:
+    from drake_mobman.figures import RunFigure
 
 PICTURED = 360_001
 """Largest number of samples shown in pictures: an hour at 0.01 s."""
@@ -17,9 +20,12 @@ def figures(run: Run) -> Pictures:
     """Returns functions that draw the figures of a run."""
     if not len(run.time):
         return {}
+    from drake_mobman.figures import figures_of
+    from drake_mobman.figures.style import SMALL
+
     shown, note = run.first(PICTURED), shown_of(run)
 
-    def drawn(figure: RunFigure) -> bytes:
+    def drawn(figure: "RunFigure") -> bytes:
         made = figure.draw(shown)
         if note:
             place: dict[str, Any] = {
@@ -41,6 +47,8 @@ def scenes(run: Run) -> Pictures:
     """Returns a function that makes the 3D scene, if the run has two samples."""
     if len(run.time) < 2:
         return {}
+    from drake_mobman.figures.scene import scene
+
     return {SCENE: lambda: scene(run.first(PICTURED)).encode()}
 
 

@@ -309,6 +309,19 @@ def test_help_does_not_wait_for_drake():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_run_without_figures_does_not_wait_for_matplotlib(tmp_path):
+    arguments = ["run", "kwon_1", "--no-figures", "--set", "duration=0.05"]
+    code = (
+        "import sys, drake_mobman.cli.app\n"
+        "from typer.testing import CliRunner\n"
+        f"arguments = {[*arguments, '--out', str(tmp_path / 'runs')]!r}\n"
+        "result = CliRunner().invoke(drake_mobman.cli.app.app, arguments)\n"
+        "assert result.exit_code == 0, result.output\n"
+        "assert 'matplotlib' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_version_is_that_of_the_package_and_of_drake():
     result = mobman("--version")
     assert result.exit_code == 0
