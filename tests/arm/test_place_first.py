@@ -198,7 +198,7 @@ def test_the_exact_law_reckons_with_a_wrist_that_gives_way(joint):
         locked = dc.replace(limiter, joint_limits=with_ends(lower, upper))
         for factors in (
             locked.steady_scaling(AT, told, 0.0, 0.0),
-            locked.present_scaling(AT, at, told, (0.0, 0.1)),
+            locked.present_scaling(AT, at, told, (0.0, 0.1), (0.0, 0.0, 0.1)),
         ):
             assert factors[DecomposerStatus.JOINT_LIMIT] == pytest.approx(1.0)
         lower[3] = upper[3] = AT[3]
