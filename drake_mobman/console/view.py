@@ -74,13 +74,7 @@ class Picture:
         self._has_hand = signals.HAND_POSITION in names
         self._plant, self._scene_graph = drawn_plant(scenario.robot)
         self._context = self._plant.CreateDefaultContext()
-        count = self._plant.num_bodies()
-        bodies = [self._plant.get_body(BodyIndex(i)) for i in range(1, count)]
-        self._paths = {
-            body: f"{_DRAGGABLE if body.name() in draggable else _WORLD}/{body.name()}"
-            for body in bodies
-            if self._plant.GetVisualGeometriesForBody(body)
-        }
+        self._paths = _paths_of_bodies(self._plant, draggable)
         self._trails = {path: Trail() for path in TRAIL_COLORS}
         self._time = 0.0
         self._shown: Any = np.inf  # The positions in the frame.
@@ -132,6 +126,22 @@ class Picture:
         matrices = {path: X.GetAsMatrix4() for path, X in poses.items()}
         self._frame = Frame(matrices, self._trails.copy())
         return self._frame
+
+
+def _paths_of_bodies(plant: Any, draggable: Collection[str]) -> dict[Any, str]:
+    """Returns a path of its own for each body that is drawn.
+
+    Where a robot is made of several models, two bodies may have one name.
+    """
+    paths: dict[Any, str] = {}
+    for body in map(plant.get_body, map(BodyIndex, range(1, plant.num_bodies()))):
+        name = body.name()
+        path = f"{_DRAGGABLE if name in draggable else _WORLD}/{name}"
+        if path in paths.values():
+            path = f"{_WORLD}/{body.scoped_name()}"
+        if plant.GetVisualGeometriesForBody(body):
+            paths[body] = path
+    return paths
 
 
 def picture_page(picture: Picture) -> str:

@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 import pytest
+from pydrake.multibody.tree import BodyIndex
 from websockets.sync.client import connect
 
 from drake_mobman.console.frame import Frame
@@ -26,7 +27,11 @@ from drake_mobman.console.meshcat_panel import MeshcatPanel
 from drake_mobman.console.session import LiveSession
 from drake_mobman.console.view import Picture, picture_page
 from drake_mobman.meshcat import offline_meshcat
+from drake_mobman.robot_model.model import drawn_plant
+from drake_mobman.robots.file import File
 from drake_mobman.scenario import load_scenario
+from drake_mobman.scenario.fitted import fitted_teleop
+from drake_mobman.scenario_files import robot_paths
 from drake_mobman.teleop.gate import Arming
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -319,3 +324,28 @@ def test_floor_in_the_browser_stands_still_for_twenty_meters(tmp_path):
     assert seen["points"] > 20
     assert seen["drake"] == []
     assert "floor" in seen["paths"]
+
+
+@pytest.mark.parametrize("name", ["ur5_husky", "gen3"])
+def test_bodies_of_one_name_in_two_models_are_all_drawn(name):
+    robot = File(str(robot_paths()[name]))
+    picture = Picture(fitted_teleop(robot), ())
+    drawn = {}
+
+    class Drawing:
+        """A Meshcat that keeps what is set at each path."""
+
+        def SetObject(self, path, *_):
+            drawn[path] = drawn.get(path, 0) + 1
+
+        def __getattr__(self, _):
+            return lambda *_: None
+
+    picture.draw(Drawing())
+    assert set(drawn.values()) == {1}
+    plant, _ = drawn_plant(robot)
+    shapes = [
+        len(plant.GetVisualGeometriesForBody(plant.get_body(BodyIndex(i))))
+        for i in range(plant.num_bodies())
+    ]
+    assert len(drawn) == sum(shapes)

@@ -56,12 +56,13 @@ def random_hand(name, rng):
 def hand_velocity(name, hand, base, arm_rates, theta):
     """Returns the hand's velocity along and across the reach, and up [m/s].
 
-    As `MultibodyPlant` has it, with the base at heading `theta` [rad].
+    As `MultibodyPlant` has it, with the base at heading `theta` [rad], slipping.
     """
     robot, model = ROBOTS[name], MODELS[name]
     q = robot.arm().inverse(hand)
-    v_b, omega_b = base
-    rolls = [v_b * math.cos(theta), v_b * math.sin(theta), omega_b]
+    v, v_y, omega = base
+    c, s = math.cos(theta), math.sin(theta)
+    rolls = [v * c - v_y * s, v * s + v_y * c, omega]
     model.set_state(np.array([0.7, -0.4, theta, *q]), np.array([*rolls, *arm_rates(q)]))
     x, y, z = model.v_W("tool")
     c, s = math.cos(theta + hand[1]), math.sin(theta + hand[1])
@@ -73,8 +74,9 @@ def test_base_carries_a_hand_that_keeps_still_on_it_as_drake_has_it(name):
     rng = np.random.default_rng(0)
     arm = ROBOTS[name].arm()
     for _ in range(100):
-        hand, base = random_hand(name, rng), rng.uniform(-1, 1, 2)
-        along, turning = base_induced_rates(hand, *base, arm.p_BS)
+        hand, base = random_hand(name, rng), rng.uniform(-1, 1, 3)
+        v, v_y, omega = base
+        along, turning = base_induced_rates(hand, v, omega, arm.p_BS, v_y)
         still = np.zeros(arm.num_joints)
         found = hand_velocity(
             name, hand, base, lambda _, v=still: v, rng.uniform(-3, 3)
@@ -84,15 +86,23 @@ def test_base_carries_a_hand_that_keeps_still_on_it_as_drake_has_it(name):
 
 
 @settings(max_examples=50)
-@given(d=PLACE, e=PLACE, l=st.floats(0.4, 1.6), psi=ANGLE, v_b=SPEED, omega_b=SPEED)
+@given(
+    d=PLACE,
+    e=PLACE,
+    l=st.floats(0.4, 1.6),
+    psi=ANGLE,
+    v_b=SPEED,
+    v_y=SPEED,
+    omega_b=SPEED,
+)
 def test_base_carries_the_hand_of_any_shoulder_as_drake_has_it(
-    d, e, l, psi, v_b, omega_b
+    d, e, l, psi, v_b, v_y, omega_b
 ):
     robot = Planar(shoulder_ahead=d, shoulder_aside=e)
     model, q = RobotModel(robot), robot.arm().inverse((l, psi, 0.0))
-    model.set_state([0.0, 0.0, 0.0, *q], [v_b, 0.0, omega_b, 0.0, 0.0])
+    model.set_state([0.0, 0.0, 0.0, *q], [v_b, v_y, omega_b, 0.0, 0.0])
     v, c, s = model.v_W("tool"), math.cos(psi), math.sin(psi)
-    along, turning = base_induced_rates((l, psi, 0.0), v_b, omega_b, (d, e, 0.5))
+    along, turning = base_induced_rates((l, psi, 0.0), v_b, omega_b, (d, e, 0.5), v_y)
     expected = c * v[0] + s * v[1], c * v[1] - s * v[0]
     np.testing.assert_allclose((along, l * turning), expected, rtol=0, atol=ROUNDING)
 
@@ -103,7 +113,7 @@ def test_with_the_rest_the_hand_moves_just_as_commanded(name):
     arm = ROBOTS[name].arm()
     for _ in range(100):
         hand = random_hand(name, rng)
-        command, base = rng.uniform(-0.4, 0.4, 3), rng.uniform(-1, 1, 2)
+        command, base = rng.uniform(-0.4, 0.4, 3), rng.uniform(-1, 1, 3)
         if not name.startswith("spatial"):
             command[2] = 0.0  # A planar arm does not go up.
         rest = arm_compensation(command, hand, base, arm.p_BS)
@@ -140,33 +150,34 @@ def test_base_induced_rates_are_as_worked_out_by_hand(psi, e, along, turning):
 
 def test_a_base_at_rest_leaves_the_whole_command_to_the_arm():
     command = (0.1, -0.2, 0.3)
-    assert arm_compensation(command, (0.7, 1.1, 0.2), (0.0, 0.0), P_BS) == command
+    assert arm_compensation(command, (0.7, 1.1, 0.2), (0.0, 0.0, 0.0), P_BS) == command
 
 
-@given(psi=ANGLE, l=st.floats(0.0, 0.1), v_b=SPEED, omega_b=SPEED)
-def test_near_the_shoulders_axis_the_rest_stays_bounded(psi, l, v_b, omega_b):
-    rest = arm_compensation((0.0, 0.0, 0.0), (l, psi, 0.0), (v_b, omega_b), P_BS)
-    fastest = abs(v_b) + abs(omega_b) * (l + math.hypot(*P_BS[:2]))
+@given(psi=ANGLE, l=st.floats(0.0, 0.1), v_b=SPEED, v_y=SPEED, omega_b=SPEED)
+def test_near_the_shoulders_axis_the_rest_stays_bounded(psi, l, v_b, v_y, omega_b):
+    base = v_b, v_y, omega_b
+    rest = arm_compensation((0.0, 0.0, 0.0), (l, psi, 0.0), base, P_BS)
+    fastest = abs(v_b) + abs(v_y) + abs(omega_b) * (l + math.hypot(*P_BS[:2]))
     assert abs(rest[0]) <= fastest + ROUNDING
     assert abs(rest[1]) <= fastest / LEAST_REACH + ROUNDING
     assert all(map(math.isfinite, rest))
 
 
-@given(psi=ANGLE, v_b=SPEED, omega_b=SPEED)
-def test_rest_does_not_jump_where_its_bound_sets_in(psi, v_b, omega_b):
+@given(psi=ANGLE, v_b=SPEED, v_y=SPEED, omega_b=SPEED)
+def test_rest_does_not_jump_where_its_bound_sets_in(psi, v_b, v_y, omega_b):
     step = 1e-9
     inside, outside = (
         arm_compensation(
-            (0.0, 0.0, 0.0), (LEAST_REACH + d, psi, 0.0), (v_b, omega_b), P_BS
+            (0.0, 0.0, 0.0), (LEAST_REACH + d, psi, 0.0), (v_b, v_y, omega_b), P_BS
         )
         for d in (-step, step)
     )
-    steepest = 2 / LEAST_REACH**2  # Of 1/l, times speeds of up to 2 m/s.
+    steepest = 3 / LEAST_REACH**2  # Of 1/l, times speeds of up to 3 m/s.
     np.testing.assert_allclose(inside, outside, rtol=0, atol=2 * step * steepest)
 
 
-GIVEN = np.array([0.2, -0.3, 0.1, 0.7, 0.4, -0.2, 0.25, 0.5])
-"""A command, a place of the hand and a command sent, one after the other."""
+GIVEN = np.array([0.2, -0.3, 0.1, 0.7, 0.4, -0.2, 0.25, 0.05, 0.5])
+"""A command, a place of the hand and the base's velocity, one after the other."""
 
 
 def rest_of(x):

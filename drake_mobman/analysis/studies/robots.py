@@ -4,6 +4,7 @@ import dataclasses as dc
 
 from drake_mobman.analysis.compare import decomposers_by_name, with_each
 from drake_mobman.analysis.studies.study import Column, metric, ratio
+from drake_mobman.estimation.measured import Measured
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.file import File
 from drake_mobman.robots.wheels import Wheels
@@ -20,7 +21,8 @@ _EXACT, _BLENDING = (
 class Robots:
     """Each robot driven by the same stick, decomposed exactly and blended; and led.
 
-    Those that have wheels are driven on them too.
+    Those that have wheels are driven on them too, by what is sent and by what is
+    measured.
     """
 
     name: str = "robots"
@@ -31,6 +33,7 @@ class Robots:
         Column("blending", "mm/s", _BLENDING),
         Column("ratio", "", ratio(_BLENDING, _EXACT)),
         Column("on wheels", "mm/s", metric("exact on wheels", "ee_error_rms", 1e3)),
+        Column("measured", "mm/s", metric("measured on wheels", "ee_error_rms", 1e3)),
         Column("hand force", "N", metric("guided", "hand_force_max")),
         Column("hand error", "cm", metric("guided", "hand_error_max", 1e2)),
     )
@@ -43,7 +46,7 @@ class Robots:
 def fitted(robot: File) -> dict[str, AnyScenario]:
     """Returns the scenarios of a robot: driven exactly, blended, and led by hand.
 
-    And driven exactly on its wheels, where it has any.
+    And driven exactly on its wheels, where it has any, by what is sent and measured.
 
     Raises:
         ScenarioError: where one does not fit.
@@ -54,6 +57,8 @@ def fitted(robot: File) -> dict[str, AnyScenario]:
         if robot.described().layout.wheels:
             rolling = dc.replace(found["exact"], fidelity=Wheels())
             found["exact on wheels"] = checked(rolling)
+            measured = dc.replace(rolling, estimate=Measured())
+            found["measured on wheels"] = checked(measured)
         return {**found, "guided": checked(fitted_guided(robot))}
     except ParameterError as error:
         raise ScenarioError(str(error)) from None
