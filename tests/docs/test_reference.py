@@ -34,20 +34,19 @@ def members(hint):
 
 
 REFERENCE = hook("reference")
+PAGE = REFERENCE.reference()
 EVERY = sorted(members(AnyScenario), key=lambda owner: owner.__name__)
 
 
 def test_every_dataclass_has_its_section():
-    page = REFERENCE.reference()
     assert len(EVERY) > 20
     for owner in EVERY:
-        assert f"### `!{owner.__name__}`" in page
+        assert f"### `!{owner.__name__}`" in PAGE
 
 
 @pytest.mark.parametrize("owner", EVERY, ids=lambda owner: owner.__name__)
 def test_every_field_is_on_the_page_with_a_comment(owner):
-    page = REFERENCE.reference()
-    section = page.partition(f"### `!{owner.__name__}`")[2].partition("\n### ")[0]
+    section = PAGE.partition(f"### `!{owner.__name__}`")[2].partition("\n### ")[0]
     rows = [row.split(" | ") for row in section.splitlines() if row.startswith("| `")]
     names = [row[0].strip("| `") for row in rows]
     keys = [f.name for f in dc.fields(owner) if f.metadata.get("yaml", True)]
