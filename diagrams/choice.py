@@ -9,6 +9,8 @@ from pydrake.systems.primitives import ConstantVectorSource, PortSwitch
 from drake_mobman import signals
 from drake_mobman.teleop.choice import ControllerSelector, CrossFade, Transition
 
+from .wiring import export_inputs
+
 FLAGS = (signals.DECOMPOSER_STATUS, signals.FIELD_ZONE)
 """Signals that are sums of flags: they switch at once, without a fade."""
 
@@ -47,7 +49,7 @@ def make_choice(
     )
     for i, block in enumerate(blocks):
         builder.AddNamedSystem(f"{i}", block)
-    _export_inputs(builder, [selector, *blocks])
+    export_inputs(builder, [selector, *blocks])
     handover = selector.GetOutputPort(signals.HANDOVER)
     builder.ExportOutput(handover, signals.HANDOVER)
     for name, size in _output_sizes(blocks).items():
@@ -67,19 +69,6 @@ def make_choice(
     diagram = builder.Build()
     diagram.set_name("choice")
     return diagram
-
-
-def _export_inputs(builder: DiagramBuilder, systems: Sequence[Any]) -> None:
-    """Exports each input under its name, once for all systems that have it."""
-    exported = set()
-    for system in systems:
-        for port in map(system.get_input_port, range(system.num_input_ports())):
-            name = port.get_name()
-            if name in exported:
-                builder.ConnectInput(name, port)
-            else:
-                builder.ExportInput(port, name)
-                exported.add(name)
 
 
 def _output_sizes(blocks: Sequence[Any]) -> dict[str, int]:

@@ -59,12 +59,24 @@ def add_guarded(
     guard = setup.maybe_compiled(guard) if scenario.source.finite else guard
     guard = builder.AddNamedSystem("guard", guard)
     add_source(builder, source)
-    builder.Connect(source.get_output_port(), guard.GetInputPort(signals.EE_COMMAND))
-    connect_by_name(builder, others, [guard], left_open=[signals.EE_COMMAND])
+    command = {signals.EE_COMMAND: source.get_output_port()}
+    connect_by_name(builder, others | command, [guard])
     ports = outputs([guard])
     if scenario.source.finite:  # Only finite signals may be logged.
         ports[f"source.{signals.EE_COMMAND}"] = source.get_output_port()
     return ports
+
+
+def _loop(scenario: Teleop, setup: RobotSetup, decomposer: Any) -> dict[str, Any]:
+    """Returns the blocks of the loop by their names, in the order of their updates."""
+    return {
+        "decomposer": decomposer,
+        "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
+        # Not compiled: an Expression cannot take what a sensor may say, as NaN.
+        "estimator": scenario.estimate.build(setup.period),
+        "arm": setup.maybe_compiled(scenario.robot.arm_inverse(setup)),
+        "robot": scenario.build_robot(setup),
+    }
 
 
 def make_teleop_diagram(
@@ -113,15 +125,9 @@ def make_teleop_diagram(
     period = scenario.period
     source = scenario.source.build(period)
     operated = source.HasOutputPort(signals.OPERATOR_INPUT)
+    decomposer = decomposer or make_decomposers(scenario, setup, choice=operated)
     builder = DiagramBuilder()
-    blocks = {
-        "decomposer": decomposer or make_decomposers(scenario, setup, choice=operated),
-        "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
-        "estimator": scenario.estimate.build(period),
-        "arm": setup.maybe_compiled(scenario.robot.arm_inverse(setup)),
-        "robot": scenario.build_robot(setup),
-    }
-    systems = add_blocks(builder, blocks)
+    systems = add_blocks(builder, _loop(scenario, setup, decomposer))
     ports = outputs(systems)
     if operated:
         ports = add_operator(builder, scenario, source, ports)

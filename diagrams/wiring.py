@@ -34,6 +34,27 @@ def add_source(builder: DiagramBuilder, source: Any) -> None:
         builder.ExportInput(port, port.get_name())
 
 
+def export_inputs(
+    builder: DiagramBuilder, systems: Sequence[Any], but: Collection[str] = ()
+) -> None:
+    """Exports each input under its name, once for all systems that have it.
+
+    Args:
+        builder: of the systems.
+        systems: whose inputs are exported.
+        but: names of inputs that are not.
+    """
+    exported = set()
+    for system in systems:
+        for port in map(system.get_input_port, range(system.num_input_ports())):
+            name = port.get_name()
+            if name in exported:
+                builder.ConnectInput(name, port)
+            elif name not in but:
+                builder.ExportInput(port, name)
+                exported.add(name)
+
+
 def connect_by_name(
     builder: DiagramBuilder,
     ports: Ports,

@@ -73,9 +73,14 @@ def scalar_block(definition: type[B]) -> type[B]:
     template = define(instantiation)
     block = _with_short_stack(lambda: template[None])
     block.template = template
-    block.__name__ = block.__qualname__ = name
-    block.__module__ = definition.__module__
     block.__signature__ = _without_self(construct)
+    return _named_as(block, definition)
+
+
+def _named_as(block: Any, definition: type) -> Any:
+    """Returns a class with a definition's name and module."""
+    block.__name__ = block.__qualname__ = definition.__name__
+    block.__module__ = definition.__module__
     return block
 
 

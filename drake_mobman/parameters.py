@@ -6,6 +6,8 @@ import reprlib
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from drake_mobman.ticks import whole_steps
+
 _SHORT = reprlib.Repr()
 """Shortens values in messages: they may be as long as a file."""
 _SHORT.maxstring = _SHORT.maxother = 60
@@ -91,6 +93,20 @@ def within(params: Any, valid: Range, *keys: str) -> None:
         value = getattr(params, key)
         if not valid.low <= value <= valid.high:
             raise ParameterError(key, value, f"must be within {valid}")
+
+
+def check_whole(params: Any, key: str, step: float, name: str) -> None:
+    """Raises `ParameterError` unless a time is 0 or whole steps [s].
+
+    Args:
+        params: whose field it is.
+        key: of the field [s].
+        step: that is counted [s].
+        name: of such a step, for the message.
+    """
+    value = getattr(params, key)
+    if value and not whole_steps(value, step):
+        raise ParameterError(key, value, f"must be whole {name} of {step:g} s")
 
 
 def positive(params: Any, *keys: str) -> None:

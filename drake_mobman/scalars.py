@@ -3,7 +3,7 @@
 import functools
 import operator
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy.typing as npt
@@ -129,6 +129,14 @@ def is_finite(x: Scalar) -> Any:
     Drake does not simplify this comparison away, unlike that of `x` with itself.
     """
     return abs(x) <= sys.float_info.max
+
+
+def all_finite(values: Iterable[Scalar]) -> Scalar:
+    """Returns 1 where all values are neither infinite nor NaN, else 0."""
+    found: Scalar = 1.0
+    for x in values:
+        found = where(is_finite(x), found, 0.0)
+    return found
 
 
 def finite_or_zero(x: Scalar) -> Scalar:

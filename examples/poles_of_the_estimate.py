@@ -88,7 +88,8 @@ def make_loop(estimate: Any) -> Diagram:
         "robot": mm.Kinematic().build(setup, start),
     }
     systems = [builder.AddNamedSystem(*block) for block in blocks.items()]
-    drive = builder.AddNamedSystem("drive", Drive(round(estimate_latency(estimate))))
+    late = round(getattr(estimate, "latency", 0.0) / PERIOD)
+    drive = builder.AddNamedSystem("drive", Drive(late))
     push = builder.AddSystem(ConstantVectorSource(PUSH))
     ports = outputs([*systems, push]) | {
         signals.EE_COMMAND: push.get_output_port(),
@@ -101,11 +102,6 @@ def make_loop(estimate: Any) -> Diagram:
         builder, ports | {signals.BASE_COMMAND_SMOOTHED: driven}, systems[-1:]
     )
     return builder.Build()
-
-
-def estimate_latency(estimate: Any) -> float:
-    """Returns how late an estimate's measurement is [periods]."""
-    return getattr(estimate, "latency", 0.0) / PERIOD
 
 
 def poles(estimate: Any) -> np.ndarray:

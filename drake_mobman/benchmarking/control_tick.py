@@ -17,6 +17,7 @@ from drake_mobman.compiled import compiled
 from drake_mobman.decomposers.diff_ik import DiffIk
 from drake_mobman.decomposers.exact import Exact
 from drake_mobman.decomposers.field import build_decomposer
+from drake_mobman.diagrams.wiring import export_inputs
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.scenario import AnyScenario
 from drake_mobman.simulation.run import Run
@@ -73,15 +74,7 @@ def _tick(
     inverse = builder.AddSystem(compiled(inverse) if compile_inverse else inverse)
     command = inverse.GetInputPort(signals.ARM_COMMAND)
     builder.Connect(decomposer.GetOutputPort(signals.ARM_COMMAND), command)
-    exported = set()
-    for system in (decomposer, inverse):
-        for port in map(system.get_input_port, range(system.num_input_ports())):
-            name = port.get_name()
-            if name in exported:
-                builder.ConnectInput(name, port)
-            elif name != signals.ARM_COMMAND:
-                builder.ExportInput(port, name)
-                exported.add(name)
+    export_inputs(builder, [decomposer, inverse], but=[signals.ARM_COMMAND])
     for system, name in zip((decomposer, inverse), _OUTPUTS, strict=True):
         builder.ExportOutput(system.GetOutputPort(name), name)
     return builder.Build()

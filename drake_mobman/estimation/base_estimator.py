@@ -16,7 +16,7 @@ from drake_mobman import signals
 from drake_mobman.blocks import scalar_block, tickets
 from drake_mobman.estimation.drive_model import DriveModel
 from drake_mobman.parameters import checked, checked_period
-from drake_mobman.scalars import Scalar, Vector, is_finite, where
+from drake_mobman.scalars import Scalar, Vector, all_finite, where
 
 
 def base_estimate(
@@ -42,14 +42,6 @@ def base_estimate(
         where(finite > 0, x + by, x)
         for x, by in zip((v, 0.0 * v, omega), beside, strict=True)
     ]
-
-
-def all_finite(values: Vector) -> Scalar:
-    """Returns 1 where all values are finite, else 0."""
-    found: Scalar = 1.0
-    for x in values:
-        found = where(is_finite(x), found, 0.0)
-    return found
 
 
 def periods_apart(

@@ -2,6 +2,7 @@
 
 from typing import Any, ClassVar, Protocol
 
+from drake_mobman.estimation.drive_model import DriveModel
 from drake_mobman.scalars import Scalar, Vector
 
 
@@ -12,6 +13,9 @@ class EstimateParams(Protocol):
 
     def measured(self, *values: Vector) -> tuple[Scalar, Scalar, Scalar]:
         """Returns v, v_y [m/s] and omega [rad/s] by the values of these signals."""
+
+    def model(self, period: float) -> DriveModel:
+        """Returns the drive as it is known, for a control period [s]."""
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless its times are whole control periods [s]."""

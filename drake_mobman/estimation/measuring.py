@@ -1,12 +1,10 @@
 """What all estimates by sensors have in common."""
 
 import dataclasses as dc
-from typing import Any
 
-from drake_mobman.estimation.base_estimator import BaseEstimator
 from drake_mobman.estimation.drive_model import DriveModel
 from drake_mobman.estimation.sent import Sent
-from drake_mobman.parameters import SPEED, YAW_RATE, Range, checked, within
+from drake_mobman.parameters import SPEED, YAW_RATE, Range, check_whole, within
 
 
 @dc.dataclass
@@ -31,17 +29,8 @@ class Measuring(Sent):
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless its times are whole control periods [s]."""
         super().check_period(period)
-        self._check_whole("latency", period)
+        check_whole(self, "latency", period, "control periods")
 
     def model(self, period: float) -> DriveModel:
         """Returns the drive as it is known, with its past."""
         return DriveModel.of(self.delay, self.bandwidth, period, self.latency)
-
-    def build(self, period: float) -> Any:
-        """Returns the block for a control period [s].
-
-        Raises:
-            ParameterError: where a parameter is not valid.
-        """
-        checked(self).check_period(period)
-        return BaseEstimator(self, period)

@@ -10,9 +10,8 @@ from pydrake.systems.primitives import MatrixGain
 from drake_mobman import signals
 from drake_mobman.estimation.base_estimator import BaseEstimator
 from drake_mobman.estimation.drive_model import DriveModel
-from drake_mobman.parameters import ParameterError, Range, checked, within
+from drake_mobman.parameters import Range, check_whole, within
 from drake_mobman.scalars import Scalar, Vector
-from drake_mobman.ticks import whole_steps
 
 _TO_ESTIMATE = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
 
@@ -32,13 +31,7 @@ class Sent:
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless its times are whole control periods [s]."""
-        self._check_whole("delay", period)
-
-    def _check_whole(self, name: str, period: float) -> None:
-        value = getattr(self, name)
-        if value and not whole_steps(value, period):
-            valid = f"must be whole control periods of {period:g} s"
-            raise ParameterError(name, value, valid)
+        check_whole(self, "delay", period, "control periods")
 
     def model(self, period: float) -> DriveModel:
         """Returns the drive as it is known."""
@@ -54,13 +47,9 @@ class Sent:
         Raises:
             ParameterError: where a parameter is not valid.
         """
-        checked(self).check_period(period)
-        return BaseEstimator(self, period) if self.is_modelled else _as_sent()
-
-    @property
-    def is_modelled(self) -> bool:
-        """Returns whether the base does otherwise than it is sent."""
-        return bool(self.delay or self.bandwidth)
+        if self.measures or self.delay or self.bandwidth:
+            return BaseEstimator(self, period)
+        return _as_sent()
 
 
 def _as_sent() -> Diagram:

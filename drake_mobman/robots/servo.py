@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PdControllerGains
-from pydrake.symbolic import MakeVectorVariable, cos, sin
+from pydrake.symbolic import MakeVectorVariable
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import (
     ConstantVectorSource,
@@ -21,6 +21,7 @@ from drake_mobman.base.unicycle import unicycle_rates
 from drake_mobman.parameters import ParameterError, Range, checked, within
 from drake_mobman.parts import of_first, picked
 from drake_mobman.robot_model import BASE_JOINTS, RobotDescription, RobotSetup
+from drake_mobman.robots.base_velocity import base_velocity
 from drake_mobman.ticks import aligned, whole_steps
 
 
@@ -244,7 +245,7 @@ def _servo_robot(
     builder.ExportInput(forces, signals.SPATIAL_FORCES)
     for name in (signals.BASE_POSE, signals.ARM_POSITION, signals.ARM_VELOCITY):
         builder.ExportOutput(parts[name], name)
-    rolling = builder.AddSystem(_base_velocity())
+    rolling = builder.AddSystem(base_velocity())
     builder.Connect(parts["motion"], rolling.get_input_port())
     builder.ExportOutput(rolling.get_output_port(), signals.BASE_VELOCITY)
     sensor = builder.AddNamedSystem("sensor", setup.maybe_compiled(sensor))
@@ -299,12 +300,3 @@ def _desired_state(
 
     places = [*((1, i) for i in driven), *map(rate, driven)]
     return picked(builder, ports, {"desired": places})["desired"]
-
-
-def _base_velocity() -> SymbolicVectorSystem:
-    """Returns `base_velocity` from theta and the rates of x, y and theta."""
-    motion = MakeVectorVariable(4, "u")
-    theta, x, y, omega = motion
-    forward = cos(theta) * x + sin(theta) * y
-    sideways = cos(theta) * y - sin(theta) * x
-    return SymbolicVectorSystem(input=motion, output=[forward, sideways, omega])

@@ -20,7 +20,7 @@ from drake_mobman.parameters import (
 from drake_mobman.scalars import (
     Scalar,
     Vector,
-    is_finite,
+    all_finite,
     larger,
     nearer_to_rest,
     saturated,
@@ -69,12 +69,11 @@ def command_status(command: Vector, guard: Guard) -> Scalar:
     A command is over range if it is so by more than rounding: a script that ends
     exactly at the limit may be a bit or two beyond.
     """
-    over = not_finite = 0.0
+    over = 0.0
     for c, most in zip(command, guard.largest, strict=True):
         over = where(abs(c) <= most * (1 + _ROUNDING), over, 1.0)
-        not_finite = where(is_finite(c), not_finite, 1.0)
     in_finite = where(over > 0, float(GuardStatus.OVER_RANGE), float(GuardStatus.OK))
-    return where(not_finite > 0, float(GuardStatus.NOT_FINITE), in_finite)
+    return where(all_finite(command) > 0, in_finite, float(GuardStatus.NOT_FINITE))
 
 
 def clamped(command: Vector, guard: Guard) -> list[Scalar]:
@@ -173,10 +172,10 @@ class CommandGuard(LeafSystem):
         return larger(before, self.astray.Eval(context)[0])
 
     def _keep_passed(self, context: Any, state: Any) -> None:
-        after = [*self.passed.Eval(context)]
+        after = self.passed.Eval(context)
         if self.astray is not None:
-            after.append(self._has_strayed(context))
-        state.get_mutable_vector().SetFromVector(np.array(after))
+            after = np.append(after, self._has_strayed(context))
+        state.get_mutable_vector().SetFromVector(after)
 
 
 CommandGuard_ = CommandGuard.template

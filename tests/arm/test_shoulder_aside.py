@@ -115,9 +115,7 @@ DECOMPOSERS = {
 }
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))]
-)
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", ["kwon_arbitrary", "kwon_spatial"])
 @pytest.mark.parametrize("decomposer", DECOMPOSERS.values(), ids=DECOMPOSERS)
 def test_hand_does_exactly_as_told(seed, name, decomposer):

@@ -330,7 +330,7 @@ def test_hand_does_as_the_operator_says_and_keeps_the_workspace(name, smoother):
     assert printed["ee_error_rms"] > 0.06
 
 
-@pytest.mark.parametrize("seed", range(2))  # One of each robot; 500 are slow.
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("smoother", ["smoother=unsmoothed", SMOOTHED, SLOW_BASE])
 def test_any_minute_of_held_commands_is_exact_and_inside(smoother, seed):
     name = ("kwon_arbitrary", "kwon_spatial")[seed % 2]

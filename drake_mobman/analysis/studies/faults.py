@@ -4,8 +4,8 @@ import dataclasses as dc
 from collections.abc import Mapping
 from typing import Any
 
-from drake_mobman.analysis.compare import decomposers_by_name, with_each
-from drake_mobman.analysis.studies.study import Column, Results, metric, ratio
+from drake_mobman.analysis.compare import chosen_decomposers, with_each
+from drake_mobman.analysis.studies.study import Column, Results, error, metric, ratio
 from drake_mobman.estimation.measured import Measured
 from drake_mobman.estimation.sent import Sent
 from drake_mobman.parameters import ParameterError, checked
@@ -51,10 +51,6 @@ FAULTS: dict[str, dict[str, Any]] = {
 """What is wrong, by its name; as parameters of `Wheels`."""
 
 
-def _error(run: str) -> Any:
-    return metric(run, "ee_error_rms", 1e3)
-
-
 def _jerk(run: str) -> Any:
     return ratio(metric(run, "base_jerk_rms"), metric("sent", "base_jerk_rms"))
 
@@ -74,10 +70,10 @@ class Faults:
     help: str = "faults of floor and drive, met by what is sent and what is measured"
     own: bool = False
     columns: tuple[Column, ...] = (
-        Column("blending", "mm/s", _error("blending")),
-        Column("sent", "mm/s", _error("sent")),
-        Column("measured", "mm/s", _error("measured")),
-        Column("noisy", "mm/s", _error("noisy")),
+        Column("blending", "mm/s", error("blending")),
+        Column("sent", "mm/s", error("sent")),
+        Column("measured", "mm/s", error("measured")),
+        Column("noisy", "mm/s", error("noisy")),
         Column("jerk, measured", "of sent", _jerk("measured")),
         Column("jerk, noisy", "of sent", _jerk("noisy")),
         Column("stopped", "", _stopped),
@@ -110,12 +106,11 @@ def variants(scenario: Teleop, fault: Mapping[str, Any]) -> dict[str, AnyScenari
     given = scenario.fidelity
     wheels = given if isinstance(given, Wheels) else Wheels()
     wheels = dc.replace(wheels, **fault)
-    latency = max(_LATENCY // scenario.period, 1) * scenario.period
+    latency = max(round(_LATENCY / scenario.period), 1) * scenario.period
     sensors = Sensors(
         measured_noise=_NOISE, measured_yaw_noise=_NOISE, measured_latency=latency
     )
-    decomposers = {name: decomposers_by_name()[name] for name in ("exact", "blending")}
-    each = with_each(scenario, decomposers)
+    each = with_each(scenario, chosen_decomposers(("exact", "blending")))
     exact = dc.replace(each["exact"], fidelity=wheels)
     found = {
         "blending": dc.replace(each["blending"], fidelity=wheels, estimate=Sent()),

@@ -2,8 +2,8 @@
 
 import dataclasses as dc
 
-from drake_mobman.analysis.compare import decomposers_by_name, with_each
-from drake_mobman.analysis.studies.study import Column, metric, ratio
+from drake_mobman.analysis.compare import chosen_decomposers, with_each
+from drake_mobman.analysis.studies.study import Column, error, metric, ratio
 from drake_mobman.estimation.measured import Measured
 from drake_mobman.parameters import ParameterError, checked
 from drake_mobman.robots.file import File
@@ -12,9 +12,7 @@ from drake_mobman.scenario import AnyScenario, ScenarioError
 from drake_mobman.scenario.fitted import fitted_guided, fitted_teleop
 from drake_mobman.scenario_files import robot_paths
 
-_EXACT, _BLENDING = (
-    metric(name, "ee_error_rms", 1e3) for name in ("exact", "blending")
-)
+_EXACT, _BLENDING = error("exact"), error("blending")
 
 
 @dc.dataclass(frozen=True)
@@ -32,8 +30,8 @@ class Robots:
         Column("exact", "mm/s", _EXACT),
         Column("blending", "mm/s", _BLENDING),
         Column("ratio", "", ratio(_BLENDING, _EXACT)),
-        Column("on wheels", "mm/s", metric("exact on wheels", "ee_error_rms", 1e3)),
-        Column("measured", "mm/s", metric("measured on wheels", "ee_error_rms", 1e3)),
+        Column("on wheels", "mm/s", error("exact on wheels")),
+        Column("measured", "mm/s", error("measured on wheels")),
         Column("hand force", "N", metric("guided", "hand_force_max")),
         Column("hand error", "cm", metric("guided", "hand_error_max", 1e2)),
     )
@@ -51,7 +49,7 @@ def fitted(robot: File) -> dict[str, AnyScenario]:
     Raises:
         ScenarioError: where one does not fit.
     """
-    chosen = {name: decomposers_by_name()[name] for name in ("exact", "blending")}
+    chosen = chosen_decomposers(("exact", "blending"))
     try:
         found = with_each(fitted_teleop(robot), chosen)
         if robot.described().layout.wheels:

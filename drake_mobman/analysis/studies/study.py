@@ -109,6 +109,11 @@ def metric(run: str, name: str, scale: float = 1.0) -> Callable[[Results], Any]:
     return taken
 
 
+def error(run: str) -> Callable[[Results], Any]:
+    """Returns what takes the rms error of E's velocity in a row's run [mm/s]."""
+    return metric(run, "ee_error_rms", 1e3)
+
+
 def ratio(a: Callable[[Results], Any], b: Callable[[Results], Any]) -> Any:
     """Returns what divides one number of a row by another."""
 

@@ -8,8 +8,7 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import DiscreteTimeDelay, LinearSystem
 
-from drake_mobman.parameters import ParameterError, Range, within
-from drake_mobman.ticks import whole_steps
+from drake_mobman.parameters import Range, check_whole, within
 
 _RATIO = Range(0.5, 2.0)
 
@@ -35,9 +34,7 @@ class Drive:
 
     def check_step(self, step: float) -> None:
         """Raises `ParameterError` unless the delay is whole steps [s]."""
-        if self.delay and not whole_steps(self.delay, step):
-            valid = f"must be whole steps of {step:g} s"
-            raise ParameterError("delay", self.delay, valid)
+        check_whole(self, "delay", step, "steps")
 
     def ideal(self) -> "Drive":
         """Returns the drive without delay and lag, to stand still with."""

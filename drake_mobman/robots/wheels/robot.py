@@ -4,7 +4,7 @@ import dataclasses as dc
 from typing import Any
 
 import numpy as np
-from pydrake.symbolic import MakeVectorVariable, cos, sin
+from pydrake.symbolic import MakeVectorVariable
 from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import (
@@ -20,6 +20,7 @@ from drake_mobman.guidance.tool_sensor import ToolSensor
 from drake_mobman.parts import of_first, picked
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.robot_model.plant_motion import PlantMotion
+from drake_mobman.robots.base_velocity import base_velocity
 from drake_mobman.robots.wheels.drive import delayed, lagged
 from drake_mobman.robots.wheels.plant import RollingPlant
 from drake_mobman.robots.wheels.sensors import encoder_rates, measured_motion
@@ -209,11 +210,7 @@ def _add_base_outputs(
 
     Both in the floor's plane, the velocity in axes turned by the base's heading alone.
     """
-    motion = MakeVectorVariable(4, "u")
-    yaw, v_x, v_y, turn = motion
-    c, s = cos(yaw), sin(yaw)
-    velocity = [c * v_x + s * v_y, c * v_y - s * v_x, turn]
-    block = builder.AddSystem(SymbolicVectorSystem(input=motion, output=velocity))
+    block = builder.AddSystem(base_velocity())
     builder.Connect(parts["motion"], block.get_input_port())
     builder.ExportOutput(parts[signals.BASE_POSE], signals.BASE_POSE)
     builder.ExportOutput(block.get_output_port(), signals.BASE_VELOCITY)

@@ -8,9 +8,8 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import Adder, Demultiplexer, LinearSystem
 from pydrake.systems.sensors import RotaryEncoders
 
-from drake_mobman.parameters import ParameterError, Range, within
+from drake_mobman.parameters import Range, check_whole, within
 from drake_mobman.robots.wheels.drive import delayed
-from drake_mobman.ticks import whole_steps
 
 
 @dc.dataclass
@@ -38,9 +37,7 @@ class Sensors:
 
     def check_period(self, period: float) -> None:
         """Raises `ParameterError` unless the latency is whole periods [s]."""
-        if self.measured_latency and not whole_steps(self.measured_latency, period):
-            valid = f"must be whole control periods of {period:g} s"
-            raise ParameterError("measured_latency", self.measured_latency, valid)
+        check_whole(self, "measured_latency", period, "control periods")
 
     @property
     def deviations(self) -> list[float]:

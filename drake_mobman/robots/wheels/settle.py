@@ -50,8 +50,8 @@ def standing(
     if key not in _settled:
         while len(_settled) >= _KEPT:
             del _settled[next(iter(_settled))]
-        _settled[key] = _let_down(make(q))
-    stands = _settled[key][: len(q)].copy()
+        _settled[key] = _let_down(make(q))[: len(q)]
+    stands = _settled[key].copy()
     at = made.floating.position_start()
     for place in (slice(at + 2, at + 5), made.arm_q, made.wheel_q):
         stands[place] = q[place]

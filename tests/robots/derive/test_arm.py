@@ -188,8 +188,8 @@ def test_apparent_mass_is_what_a_short_pull_moves():
     """In the direction in which the tool is lightest, by the plant's own motion."""
     mass = apparent_mass(PLANT, np.array(POSTURE))
     plant = heavy_base()
-    lightest = min(felt(plant, direction) for direction in directions(100))
-    assert mass <= lightest * (1 + 1e-3)
+    lightest = min(felt(plant, direction) for direction in directions(200))
+    assert mass <= lightest * (1 + 1e-4)
     assert mass == pytest.approx(lightest, rel=0.03)
 
 
