@@ -216,6 +216,26 @@ def test_each_limit_is_named(fed, outputs):
     assert status((0.005, 0.0, 0.0), ahead)[0] & DecomposerStatus.SINGULAR
 
 
+def test_base_that_falls_short_of_what_it_is_sent_stops_no_hand_at_an_edge(
+    fed, outputs
+):
+    exact = block("kwon_arbitrary", SMOOTHED)
+    at = (LIMITS.l_max, 0.0, 0.0)
+    context = fed(
+        exact,
+        ee_command=(0.3, 0.0, 0.0),
+        ee_cylindrical=at,
+        arm_position=exact.arm.inverse(at),
+        base_command_smoothed=(0.3, 0.0),
+        base_estimate=(0.1, 0.02, 0.0),
+    )
+    found = outputs(exact, context)
+    assert found["decomposer_status"] == DecomposerStatus.OK
+    # The arm makes up for the 0.2 m/s that are missing, and for the slip: across l.
+    across = -0.02 / LIMITS.l_max
+    assert found["arm_command"] == pytest.approx([0.2, across, 0.0])
+
+
 def test_autodiff_gives_the_slope_of_a_finite_difference(fed, outputs):
     exact = block("kwon_spatial", SMOOTHED)
     arm = exact.limiter.arm
