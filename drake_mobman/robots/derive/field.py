@@ -78,4 +78,4 @@ def body_edge(reach: Reach, body_radius: float) -> float:
     bearing = np.linspace(-_ASIDE, _ASIDE, 25)
     along = d * np.cos(bearing) + e * np.sin(bearing)
     across = d * d + e * e - along**2
-    return float((np.sqrt(body_radius**2 - across) - along).max())
+    return float(np.max(np.sqrt(body_radius**2 - across) - along))

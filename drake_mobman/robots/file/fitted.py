@@ -45,14 +45,14 @@ def _box(centre: Matrix, size: Matrix) -> Fit:
 
 
 def _sphere(centre: Matrix, away: Matrix) -> Fit:
-    radius = max(float(np.linalg.norm(away, axis=1).max()), _THIN)
+    radius = max(float(np.max(np.linalg.norm(away, axis=1))), _THIN)
     volume = 4 / 3 * np.pi * radius**3
     return Fit("sphere", {"radius": f"{radius:.9g}"}, RigidTransform(centre), volume)
 
 
 def _cylinder(centre: Matrix, size: Matrix, away: Matrix, axis: int) -> Fit:
     across = np.delete(away, axis, axis=1)
-    radius = max(float(np.linalg.norm(across, axis=1).max()), _THIN)
+    radius = max(float(np.max(np.linalg.norm(across, axis=1))), _THIN)
     along = np.eye(3)[axis]
     X = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), centre)
     text = {"radius": f"{radius:.9g}", "length": f"{size[axis]:.9g}"}
