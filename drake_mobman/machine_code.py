@@ -6,54 +6,43 @@ The order of the operations is the Expression's, so results differ from it by no
 """
 
 import ctypes
-import re
 import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import llvmlite.binding as llvm
-from pydrake.symbolic import Expression, ExpressionKind, FormulaKind, Variable
+from pydrake.symbolic import Expression, Variable
 
+from drake_mobman.operations import (
+    Input,
+    Law,
+    Operand,
+    Operation,
+    Program,
+    Step,
+    programs,
+)
 from drake_mobman.scalars import Scalar, Vector
 from drake_mobman.tracing import Trace, tracing
 
-_FUNCTIONS = {
-    ExpressionKind.Sqrt: "llvm.sqrt.f64",
-    ExpressionKind.Abs: "llvm.fabs.f64",
-    ExpressionKind.Floor: "llvm.floor.f64",
-    ExpressionKind.Ceil: "llvm.ceil.f64",
-    ExpressionKind.Pow: "pow",
-    **{
-        getattr(ExpressionKind, name): name.lower()
-        for name in (
-            *("Sin", "Cos", "Tan", "Asin", "Acos", "Atan", "Atan2"),
-            *("Sinh", "Cosh", "Tanh", "Exp", "Log"),
-        )
-    },
+_OWN = {"sqrt": "sqrt", "abs": "fabs", "floor": "floor", "ceil": "ceil"}
+"""Functions that are LLVM's own, by their names there; others are C's library's."""
+
+_INSTRUCTIONS = {
+    "add": "fadd double {}, {}",
+    "mul": "fmul double {}, {}",
+    "div": "fdiv double {}, {}",
+    "select": "select i1 {}, double {}, double {}",
+    "eq": "fcmp oeq double {}, {}",
+    "ne": "fcmp une double {}, {}",
+    "gt": "fcmp ogt double {}, {}",
+    "ge": "fcmp oge double {}, {}",
+    "lt": "fcmp olt double {}, {}",
+    "le": "fcmp ole double {}, {}",
+    "and": "and i1 {}, {}",
+    "or": "or i1 {}, {}",
+    "not": "xor i1 {}, true",
 }
-"""Names in C's library, or of LLVM's own."""
-
-_COMPARISONS = {
-    FormulaKind.Eq: "oeq",
-    FormulaKind.Neq: "une",
-    FormulaKind.Gt: "ogt",
-    FormulaKind.Geq: "oge",
-    FormulaKind.Lt: "olt",
-    FormulaKind.Leq: "ole",
-}
-"""As in C: with NaN, all are false but `!=`."""
-
-_CONNECTIVES = {FormulaKind.And: "and", FormulaKind.Or: "or"}
-
-_FOLDED = {
-    ExpressionKind.Add: ("fadd", 0.0),
-    ExpressionKind.Mul: ("fmul", 1.0),
-}
-"""Operations on several operands, and the constant that changes nothing."""
-
-
-Law = tuple[Sequence[Variable], Sequence[Scalar]]
-"""Variables, and results that depend on them."""
 
 
 class Function:
@@ -93,7 +82,7 @@ def machine_code(trace: Trace, laws: Sequence[Law]) -> list[Function]:
     Raises:
         TypeError: where an expression has an operation that is not known here.
     """
-    engine = _loaded(_assembly(trace, laws))
+    engine = loaded(assembly(programs(trace, laws)))
     return [
         Function(engine, f"law{i}", len(variables), len(results))
         for i, (variables, results) in enumerate(laws)
@@ -139,154 +128,67 @@ class FastLaw:
         return self._code
 
 
-def _assembly(trace: Trace, laws: Sequence[Law]) -> str:
-    """Returns laws as text in LLVM's assembly language, as functions law0, law1 ..."""
-    code = _Code()
-    for name, named in trace.needed([result for _, law in laws for result in law]):
-        code.named[name.get_id()] = code.value(named)
-    functions = [
-        _function(f"law{i}", code, [x.get_id() for x in variables], law)
-        for i, (variables, law) in enumerate(laws)
-    ]
-    return "\n".join([*sorted(code.declared), *functions])
+def assembly(laws: Sequence[Program]) -> str:
+    """Returns programs as text in LLVM's assembly language: functions law0, law1 ..."""
+    declared = {
+        f"declare double @{_function(each.kind)}"
+        f"({', '.join(['double'] * len(each.operands))})"
+        for law in laws
+        for each in law.operations
+        if each.kind not in _INSTRUCTIONS
+    }
+    functions = [_defined(f"law{i}", law) for i, law in enumerate(laws)]
+    return "\n".join([*sorted(declared), *functions])
 
 
-def _function(
-    name: str, code: "_Code", variables: Sequence[int], law: Sequence[Scalar]
-) -> str:
-    """Returns a function of those operations that a law needs.
-
-    Args:
-        name: of the function.
-        code: has the operations.
-        variables: their ids, in the order in which the law takes numbers.
-        law: results, which it stores.
-    """
-    results = list(map(code.value, law))
-    needed, operations = set(results), []
-    for value, operation in reversed(code.operations.items()):
-        if value in needed:
-            needed.update(_VALUE.findall(operation))
-            operations.append(f"{value} = {operation}")
+def _defined(name: str, law: Program) -> str:
+    """Returns a program as a function that loads its inputs and stores its results."""
     loads = [
         line
-        for i, variable in enumerate(variables)
-        if f"%u{variable}" in needed
+        for i in sorted(law.used())
         for line in (
             f"%i{i} = getelementptr double, ptr %in, i64 {i}",
-            f"%u{variable} = load double, ptr %i{i}",
+            f"%u{i} = load double, ptr %i{i}",
         )
     ]
+    operations = [f"%v{i} = {_line(each)}" for i, each in enumerate(law.operations)]
     stores = [
         line
-        for i, result in enumerate(results)
+        for i, result in enumerate(law.results)
         for line in (
             f"%o{i} = getelementptr double, ptr %out, i64 {i}",
-            f"store double {result}, ptr %o{i}",
+            f"store double {_text(result)}, ptr %o{i}",
         )
     ]
-    body = "\n  ".join([*loads, *reversed(operations), *stores])
+    body = "\n  ".join([*loads, *operations, *stores])
     return f"define void @{name}(ptr %in, ptr %out) {{\n  {body}\n  ret void\n}}\n"
 
 
-_VALUE = re.compile(r"%[uv]\d+")
+def _line(operation: Operation) -> str:
+    values = [_text(x) for x in operation.operands]
+    if operation.kind in _INSTRUCTIONS:
+        return _INSTRUCTIONS[operation.kind].format(*values)
+    arguments = ", ".join(f"double {value}" for value in values)
+    return f"call double @{_function(operation.kind)}({arguments})"
 
 
-class _Code:
-    """Operations in order, each of which no other is like, by the value it gives."""
-
-    def __init__(self) -> None:
-        self.operations: dict[str, str] = {}
-        self.declared: set[str] = set()
-        self.named: dict[int, str] = {}  # Values of variables, by their ids.
-        self._values: dict[str, str] = {}
-
-    def value(self, part: Any) -> str:
-        """Returns the value of an expression, as an operand."""
-        if not isinstance(part, Expression):
-            return _constant(float(part))
-        kind = part.get_kind()
-        if kind == ExpressionKind.Var:
-            (variable,) = part.GetVariables()
-            number = variable.get_id()
-            return self.named.get(number, f"%u{number}")
-        if kind == ExpressionKind.Constant:
-            return _constant(part.Evaluate())
-        _, operands = part.Unapply()
-        if kind in _FOLDED:
-            return self._folded(*_FOLDED[kind], operands)
-        return self._operation(kind, operands)
-
-    def _operation(self, kind: Any, operands: Sequence[Any]) -> str:
-        if kind == ExpressionKind.IfThenElse:
-            condition, *either = operands
-            a, b = map(self.value, either)
-            return self._select(self._truth(condition), a, b)
-        values = [self.value(x) for x in operands]
-        if kind == ExpressionKind.Div:
-            return self._line(f"fdiv double {', '.join(values)}")
-        if kind in (ExpressionKind.Min, ExpressionKind.Max):
-            return self._chosen(kind == ExpressionKind.Min, *values)
-        if kind == ExpressionKind.Pow and values[1] == _constant(2.0):
-            return self._line(f"fmul double {values[0]}, {values[0]}")
-        return self._called(kind, values)
-
-    def _line(self, operation: str) -> str:
-        if operation not in self._values:
-            value = self._values[operation] = f"%v{len(self._values)}"
-            self.operations[value] = operation
-        return self._values[operation]
-
-    def _folded(self, operation: str, neutral: float, operands: Sequence[Any]) -> str:
-        first, *others = operands
-        if float(first) != neutral:
-            others.insert(0, first)
-        total, *rest = (self.value(x) for x in others)
-        for value in rest:
-            total = self._line(f"{operation} double {total}, {value}")
-        return total
-
-    def _select(self, condition: str, a: str, b: str) -> str:
-        return self._line(f"select i1 {condition}, double {a}, double {b}")
-
-    def _chosen(self, smaller: bool, a: str, b: str) -> str:
-        """Returns `std::min` or `std::max`, which is `a` where either is NaN."""
-        of = (b, a) if smaller else (a, b)
-        return self._select(self._line(f"fcmp olt double {of[0]}, {of[1]}"), b, a)
-
-    def _called(self, kind: Any, values: Sequence[str]) -> str:
-        if kind not in _FUNCTIONS:
-            raise TypeError(f"{kind.name} has no machine code")
-        function = f"double @{_FUNCTIONS[kind]}"
-        self.declared.add(f"declare {function}({', '.join(['double'] * len(values))})")
-        arguments = ", ".join(f"double {value}" for value in values)
-        return self._line(f"call {function}({arguments})")
-
-    def _truth(self, formula: Any) -> str:
-        """Returns whether a formula holds, as an operand."""
-        kind = formula.get_kind()
-        if kind in (FormulaKind.True_, FormulaKind.False_):
-            return "true" if kind == FormulaKind.True_ else "false"
-        _, operands = formula.Unapply()
-        if kind in _COMPARISONS:
-            a, b = map(self.value, operands)
-            return self._line(f"fcmp {_COMPARISONS[kind]} double {a}, {b}")
-        if kind == FormulaKind.Not:
-            return self._line(f"xor i1 {self._truth(operands[0])}, true")
-        if kind not in _CONNECTIVES:
-            raise TypeError(f"{kind.name} has no machine code")
-        total, *rest = map(self._truth, operands)
-        for value in rest:
-            total = self._line(f"{_CONNECTIVES[kind]} i1 {total}, {value}")
-        return total
+def _function(kind: str) -> str:
+    """Returns the name of a function, in C's library or of LLVM's own."""
+    return f"llvm.{_OWN[kind]}.f64" if kind in _OWN else kind
 
 
-def _constant(x: float) -> str:
-    """Returns a number as LLVM writes it, to the last bit."""
-    return f"0x{struct.pack('>d', x).hex()}"
+def _text(operand: Operand) -> str:
+    """Returns an operand as LLVM writes it; a number to the last bit."""
+    if isinstance(operand, Step):
+        return f"%v{operand.place}"
+    if isinstance(operand, Input):
+        return f"%u{operand.place}"
+    if isinstance(operand.value, bool):
+        return "true" if operand.value else "false"
+    return f"0x{struct.pack('>d', operand.value).hex()}"
 
 
-def _loaded(text: str) -> Any:
+def loaded(text: str) -> Any:
     """Returns an engine that has the machine code of a module."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()

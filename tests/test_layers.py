@@ -18,6 +18,8 @@ LAYERS = (
             "signals",
             "subexpressions",
             "tracing",
+            "operations",
+            "step_law",
             "machine_code",
             "machine_block",
         ),
