@@ -35,6 +35,7 @@ LAYERS = (
     ("simulation",),
     ("analysis",),
     ("figures",),
+    ("export",),
     ("benchmarking",),
     ("report",),
     ("cli", "console"),

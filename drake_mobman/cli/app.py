@@ -13,6 +13,7 @@ from drake_mobman import __version__
 from drake_mobman.cli.bench import bench
 from drake_mobman.cli.compare import compare
 from drake_mobman.cli.drive import drive
+from drake_mobman.cli.export import app as export
 from drake_mobman.cli.field import field
 from drake_mobman.cli.graph import graph
 from drake_mobman.cli.list import list_
@@ -61,3 +62,4 @@ for _command in (run, compare, bench, drive, graph, field):
 app.add_typer(
     robot, name="robot", help="Robot files: checks, drafts, and scenarios that fit."
 )
+app.add_typer(export, name="export", help="Laws, written for the tools of others.")

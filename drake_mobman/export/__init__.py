@@ -1,0 +1,1 @@
+"""Laws, written for the tools of others."""

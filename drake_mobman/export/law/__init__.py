@@ -1,0 +1,1 @@
+"""A controller as C: the same operations as its blocks', in the same order."""
