@@ -12,7 +12,11 @@ import numpy as np
 from drake_mobman import signals
 from drake_mobman.guidance.guiding_hand import holds
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
-from drake_mobman.robots.end_effector import EndEffectorStates, ee_states
+from drake_mobman.robots.end_effector import (
+    EndEffectorStates,
+    ee_states,
+    manipulabilities,
+)
 from drake_mobman.simulation.log import Log
 from drake_mobman.simulation.run import Run
 
@@ -195,10 +199,4 @@ def _psi(angle: np.ndarray, log: Log) -> np.ndarray:
 
 def manipulability(run: Run) -> np.ndarray:
     """Returns sqrt(det(J J^T)) of T at each sample (N,)."""
-    model, q = run.model, _positions(run.log)
-    still = np.zeros(q.shape[1])
-    values = []
-    for sample in q:
-        model.set_state(sample, still)
-        values.append(model.manipulability())
-    return np.array(values)
+    return manipulabilities(run.model, _positions(run.log))

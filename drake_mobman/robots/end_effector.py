@@ -9,8 +9,9 @@ import numpy as np
 
 from drake_mobman.arm.chain import chain_of
 from drake_mobman.arm.shoulder import shoulder_of
-from drake_mobman.frames import body
+from drake_mobman.frames import body, frame
 from drake_mobman.robot_model import BASE_JOINTS, RobotModel
+from drake_mobman.robots.screws import moved
 
 
 @dc.dataclass(frozen=True)
@@ -40,17 +41,26 @@ def ee_states(
         v: their rates (N, 3 + n); zero unless given.
     """
     plant = model.plant
-    context = plant.CreateDefaultContext()
-    E = body(plant, "tool")
-    B = body(plant, "base")
     p_BS = shoulder_of(chain_of(plant), q[0, BASE_JOINTS:]).p_BS
-    p_WE, p_WS, v_WE = np.zeros((3, len(q), 3))
-    for k in range(len(q)):
-        plant.SetPositions(context, q[k])
-        p_WE[k] = plant.EvalBodyPoseInWorld(context, E).translation()
-        p_WS[k] = plant.EvalBodyPoseInWorld(context, B).multiply(p_BS)
-        if v is not None:
-            plant.SetVelocities(context, v[k])
-            V_WE = plant.EvalBodySpatialVelocityInWorld(context, E)
-            v_WE[k] = V_WE.translational()
-    return EndEffectorStates(p_WE, p_WS, v_WE)
+    E = moved(plant, body(plant, "tool").body_frame(), q)
+    B = moved(plant, body(plant, "base").body_frame(), q)
+    v_WE = np.zeros_like(E.p_WF) if v is None else E.velocity(v)
+    return EndEffectorStates(E.p_WF, B.point(p_BS), v_WE)
+
+
+def manipulabilities(model: RobotModel, q: np.ndarray) -> np.ndarray:
+    """Returns sqrt(det(J J^T)) of T's velocity in B by the arm's joints (N,).
+
+    For an arm with fewer than three joints, sqrt(det(J^T J)).
+
+    Args:
+        model: of the robot.
+        q: positions of base and arm (N, 3 + n).
+    """
+    plant = model.plant
+    # In W's axes, which turn the rows of J and leave the determinant as it is.
+    J = moved(plant, frame(plant, "tee"), q).J[:, :, BASE_JOINTS:]
+    J_T = J.transpose(0, 2, 1)
+    gram = J @ J_T if J.shape[2] >= 3 else J_T @ J
+    found: np.ndarray = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
+    return found
