@@ -33,6 +33,7 @@ LAYERS = (
     ("scenario",),
     ("diagrams",),
     ("simulation",),
+    ("batch",),
     ("analysis",),
     ("figures",),
     ("export",),

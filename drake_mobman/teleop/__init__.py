@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from drake_mobman.kinds import unions_of
 from drake_mobman.teleop.external import External
 from drake_mobman.teleop.live import Operator
+from drake_mobman.teleop.random_held import RandomHeld
 from drake_mobman.teleop.recorded import Recording
 from drake_mobman.teleop.scripted import Script
 from drake_mobman.teleop.source import SourceParams

@@ -77,6 +77,10 @@ class Script:
         most = _MOST_SEGMENTS // max(len(self.segments), 1)
         within(self, Range(1, most, f"for {len(self.segments)} segments"), "repeat")
 
+    def script(self) -> "Script":
+        """Returns itself; other sources return what they have drawn up."""
+        return self
+
     def build(self, period: float) -> "ScriptedSource":
         """Returns the block, for a control period [s]."""
         return ScriptedSource(self, period)

@@ -1,0 +1,1 @@
+"""Many runs of one law at once, without Drake's simulator."""
