@@ -42,10 +42,11 @@ def ee_states(
     """
     plant = model.plant
     p_BS = shoulder_of(chain_of(plant), q[0, BASE_JOINTS:]).p_BS
-    E = moved(plant, body(plant, "tool").body_frame(), q)
-    B = moved(plant, body(plant, "base").body_frame(), q)
-    v_WE = np.zeros_like(E.p_WF) if v is None else E.velocity(v)
-    return EndEffectorStates(E.p_WF, B.point(p_BS), v_WE)
+    rows = np.ascontiguousarray(q.T)
+    E = moved(plant, body(plant, "tool").body_frame(), rows)
+    B = moved(plant, body(plant, "base").body_frame(), rows)
+    v_WE = np.zeros_like(E.p_WF) if v is None else E.velocity(v.T)
+    return EndEffectorStates(E.p_WF.T, B.point(p_BS).T, v_WE.T)
 
 
 def manipulabilities(model: RobotModel, q: np.ndarray) -> np.ndarray:
@@ -59,8 +60,9 @@ def manipulabilities(model: RobotModel, q: np.ndarray) -> np.ndarray:
     """
     plant = model.plant
     # In W's axes, which turn the rows of J and leave the determinant as it is.
-    J = moved(plant, frame(plant, "tee"), q).J[:, :, BASE_JOINTS:]
-    J_T = J.transpose(0, 2, 1)
-    gram = J @ J_T if J.shape[2] >= 3 else J_T @ J
+    rows = np.ascontiguousarray(q.T)
+    J = moved(plant, frame(plant, "tee"), rows).J[:, BASE_JOINTS:]
+    pairs = "ijk,ljk->kil" if J.shape[1] >= 3 else "ijk,ilk->kjl"
+    gram = np.einsum(pairs, J, J)
     found: np.ndarray = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
     return found

@@ -16,21 +16,23 @@ from drake_mobman.robot_model.model import moving_joints
 
 @dc.dataclass(frozen=True)
 class Moved:
-    """A frame F in W at each of N samples, moved by n joints of one degree each."""
+    """A frame F in W at each of N samples, moved by n joints of one degree each.
 
-    p_WF: np.ndarray  # (N, 3) [m].
-    R_WF: np.ndarray  # (N, 3, 3).
-    J: np.ndarray  # Velocity of F's origin by each joint's rate, in W (N, 3, n).
+    Samples come last: so numpy works on them in a row.
+    """
+
+    p_WF: np.ndarray  # (3, N) [m].
+    R_WF: np.ndarray  # (3, 3, N).
+    J: np.ndarray  # Velocity of F's origin by each joint's rate, in W (3, n, N).
 
     def velocity(self, v: np.ndarray) -> np.ndarray:
-        """Returns the velocity of F's origin in W (N, 3) [m/s], for rates (N, n)."""
-        found: np.ndarray = np.einsum("kij,kj->ki", self.J, v)
+        """Returns the velocity of F's origin in W (3, N) [m/s], for rates (n, N)."""
+        found: np.ndarray = np.einsum("ijk,jk->ik", self.J, v)
         return found
 
     def point(self, p_F: np.ndarray) -> np.ndarray:
-        """Returns a point that is fixed in F at `p_F` (3,), in W (N, 3) [m]."""
-        found: np.ndarray = self.p_WF + self.R_WF @ p_F
-        return found
+        """Returns a point that is fixed in F at `p_F` (3,), in W (3, N) [m]."""
+        return self.p_WF + _turned(self.R_WF, p_F)
 
 
 def moved(plant: Any, frame: Any, q: np.ndarray) -> Moved:
@@ -39,7 +41,7 @@ def moved(plant: Any, frame: Any, q: np.ndarray) -> Moved:
     Args:
         plant: finalized; each of its moving joints has one degree of freedom.
         frame: F, of the plant.
-        q: positions (N, n).
+        q: positions (n, N).
     """
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(plant.num_positions()))
@@ -50,36 +52,57 @@ def moved(plant: Any, frame: Any, q: np.ndarray) -> Moved:
     turns = axes[:3].T
     # Velocities of the point of F that is at W's origin.
     slides = axes[3:].T - np.cross(turns, X_WF.translation())
-    samples, n = q.shape
-    R, p = np.tile(np.eye(3), (samples, 1, 1)), np.zeros((samples, 3))
-    turned, slid = np.zeros((2, samples, n, 3))
+    n, samples = q.shape
+    R = np.repeat(np.eye(3)[:, :, None], samples, axis=2)
+    p = np.zeros((3, samples))
+    turned, slid = np.zeros((2, 3, n, samples))
     # Positions are numbered from the base on: a joint comes before those it moves.
     for i in (joint.position_start() for joint in moving_joints(plant)):
         if not axes[:, i].any():
             continue  # It does not move F.
-        turned[:, i] = R @ turns[i]
-        slid[:, i] = R @ slides[i] + np.cross(p, turned[:, i])
-        R_i, p_i = _exponential(turns[i], slides[i], q[:, i])
-        p = p + np.einsum("kij,kj->ki", R, p_i)
-        R = R @ R_i
-    p_WF = p + R @ X_WF.translation()
-    J = slid + np.cross(turned, p_WF[:, None])
-    return Moved(p_WF, R @ X_WF.rotation().matrix(), J.transpose(0, 2, 1))
+        turned[:, i] = _turned(R, turns[i])
+        slid[:, i] = _turned(R, slides[i]) + _cross(p, turned[:, i])
+        R_i, p_i = _exponential(turns[i], slides[i], q[i])
+        p = p + np.einsum("ijk,jk->ik", R, p_i)
+        R = R if R_i is None else np.einsum("ijn,jkn->ikn", R, R_i)
+    p_WF = p + _turned(R, X_WF.translation())
+    R_WF = np.einsum("ijn,jk->ikn", R, X_WF.rotation().matrix())
+    return Moved(p_WF, R_WF, slid + _cross(turned, p_WF[:, None]))
 
 
 def _exponential(
     w: np.ndarray, m: np.ndarray, angle: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Returns rotations (N, 3, 3) and places (N, 3) that a joint moves W's origin to.
+) -> tuple[np.ndarray | None, np.ndarray]:
+    """Returns rotations (3, 3, N) and places (3, N) that a joint moves W's origin to.
 
     Args:
-        w: its axis of rotation (3,), or zero where it slides.
+        w: its axis of rotation (3,), or zero where it slides; then it turns nothing.
         m: velocity of W's origin where it moves by 1 (3,).
         angle: how far it moves (N,) [rad], or [m] where it slides.
     """
+    if not w.any():
+        return None, np.multiply.outer(m, angle)
     x, y, z = w
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
-    R = np.eye(3) + s * K + c * (K @ K)
-    along = np.outer(angle, w * (w @ m) if w.any() else m)
-    return R, (np.eye(3) - R) @ np.cross(w, m) + along
+    s, c = np.sin(angle), np.cos(angle)
+    R = np.multiply.outer(K, s) + np.multiply.outer(K @ K, 1 - c)
+    R += np.eye(3)[:, :, None]
+    arm = np.cross(w, m)
+    along = np.multiply.outer(w * (w @ m), angle)
+    return R, arm[:, None] - _turned(R, arm) + along
+
+
+def _turned(R: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Returns a vector (3,) turned by each of N rotations (3, N)."""
+    return R[:, 0] * p[0] + R[:, 1] * p[1] + R[:, 2] * p[2]
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Returns cross products of vectors whose components come first."""
+    return np.stack(
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
+    )

@@ -32,21 +32,23 @@ def model(request):
 
 
 @pytest.mark.parametrize("name", ["tool", "tee", "base"])
-def test_frames_are_where_the_plant_has_them_and_as_fast(model, name):
+def test_frames_are_where_the_plant_has_them_and_move_as_fast(model, name):
     random, plant = np.random.default_rng(7), model.plant
     n = plant.num_positions()
     q, v = random.uniform(-3, 3, (50, n)), random.uniform(-2, 2, (50, n))
     F = frame(plant, name)
-    found = moved(plant, F, q)
+    found = moved(plant, F, q.T)
     context = plant.CreateDefaultContext()
     for k in range(len(q)):
         plant.SetPositions(context, q[k])
         plant.SetVelocities(context, v[k])
         X = F.CalcPoseInWorld(context)
         V = F.CalcSpatialVelocityInWorld(context).translational()
-        assert np.allclose(found.p_WF[k], X.translation(), rtol=0, atol=1e-12)
-        assert np.allclose(found.R_WF[k], X.rotation().matrix(), rtol=0, atol=1e-12)
-        assert np.allclose(found.velocity(v)[k], V, rtol=0, atol=1e-12)
+        assert np.allclose(found.p_WF[:, k], X.translation(), rtol=0, atol=1e-12)
+        assert np.allclose(
+            found.R_WF[:, :, k], X.rotation().matrix(), rtol=0, atol=1e-12
+        )
+        assert np.allclose(found.velocity(v.T)[:, k], V, rtol=0, atol=1e-12)
 
 
 def test_manipulability_is_the_plants(model):
