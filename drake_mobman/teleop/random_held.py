@@ -33,7 +33,7 @@ class RandomHeld:
 
     def check(self) -> None:
         """Raises `ParameterError` unless all are in range."""
-        within(self, Range(0, 2**63 - 1), "seed")
+        within(self, Range(0, 999_999_999), "seed")
         within(self, TIME, "length")
         within(self, _HOLD, "hold_min", "hold_max")
         in_order(self, "hold_min", "hold_max")

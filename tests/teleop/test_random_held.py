@@ -10,7 +10,7 @@ from drake_mobman.scenario import load_scenario
 from drake_mobman.simulation.simulate import simulate
 from drake_mobman.teleop.random_held import RandomHeld
 
-SEEDS = st.integers(0, 2**63 - 1)
+SEEDS = st.integers(0, 999_999_999)
 
 
 @given(seed=SEEDS, rest=st.floats(0, 1), length=st.floats(0.5, 100))
