@@ -4,17 +4,17 @@ guard -> decomposer -> smoother, with the arm's inverse beside the smoother, as 
 whole loop; a sensor works out where the end effector is. No robot is in it.
 """
 
-from typing import Any
+import dataclasses as dc
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_mobman import signals
 from drake_mobman.arm.end_effector_sensor import EndEffectorSensor
-from drake_mobman.decomposers.field import build_decomposer
 from drake_mobman.robot_model import RobotSetup
 from drake_mobman.scenario import Teleop
-from drake_mobman.teleop.guard import CommandGuard
+from drake_mobman.teleop.external import External
 
+from .teleop import add_guarded, controller_blocks, make_decomposers
 from .wiring import add_blocks, connect_by_name, export_inputs, outputs
 
 OUTPUTS = (
@@ -54,43 +54,23 @@ def make_controller_diagram(
     Raises:
         ParameterError: where a block cannot work with its parameters.
     """
-    scenario = scenario.in_whole_steps()
-    setup = setup or scenario.setup()
-    estimator = scenario.estimate.build(setup.period)
-    watched = estimator.HasOutputPort(signals.BASE_ASTRAY)
-    guard = CommandGuard(scenario.guard, setup.period, watched=watched)
+    scenario = dc.replace(scenario.in_whole_steps(), source=External())
+    setup = dc.replace(setup or scenario.setup(), compiled=False)
+    decomposer = make_decomposers(scenario, setup, choice=False)
+    blocks = controller_blocks(scenario, setup, decomposer)
     builder = DiagramBuilder()
-    systems = add_blocks(
-        builder,
-        {
-            "guard": guard,
-            "sensor": EndEffectorSensor(setup.arm),
-            "decomposer": build_decomposer(scenario.decomposer, setup),
-            "smoother": scenario.smoother.build(setup),
-            "estimator": estimator,
-            "arm": scenario.robot.arm_inverse(setup),
-        },
-    )
+    sensor = {"sensor": EndEffectorSensor(setup.arm)}
+    systems = add_blocks(builder, sensor | blocks)
     ports = outputs(systems)
-    # The guard's input has its output's name: it is the diagram's.
-    builder.ExportInput(guard.command, signals.EE_COMMAND)
-    left = {name for name in _inputs(systems) if name not in ports}
-    connect_by_name(builder, ports, systems[1:], left)
-    if watched:
-        builder.Connect(ports[signals.BASE_ASTRAY], guard.astray)
-    export_inputs(builder, systems[1:], ports)
+    # First: a program finds the command before all that is measured.
+    source = scenario.source.build(setup.period)
+    ports |= add_guarded(builder, scenario, setup, source, ports)
+    measured = [signals.ARM_POSITION, signals.BASE_POSE, *scenario.estimate.measures]
+    connect_by_name(builder, ports, systems, measured)
+    export_inputs(builder, systems, but=ports)
     for name in OUTPUTS:
         if name in ports:
             builder.ExportOutput(ports[name], name)
     diagram = builder.Build()
     diagram.set_name("controller")
     return diagram
-
-
-def _inputs(systems: list[Any]) -> set[str]:
-    """Returns the names of all inputs of some blocks."""
-    return {
-        system.get_input_port(i).get_name()
-        for system in systems
-        for i in range(system.num_input_ports())
-    }

@@ -67,15 +67,16 @@ def add_guarded(
     return ports
 
 
-def _loop(scenario: Teleop, setup: RobotSetup, decomposer: Any) -> dict[str, Any]:
-    """Returns the blocks of the loop by their names, in the order of their updates."""
+def controller_blocks(
+    scenario: Teleop, setup: RobotSetup, decomposer: Any
+) -> dict[str, Any]:
+    """Returns the blocks between guard and robot, in the order of their updates."""
     return {
         "decomposer": decomposer,
         "smoother": setup.maybe_compiled(scenario.smoother.build(setup)),
         # Not compiled: an Expression cannot take what a sensor may say, as NaN.
         "estimator": scenario.estimate.build(setup.period),
         "arm": setup.maybe_compiled(scenario.robot.arm_inverse(setup)),
-        "robot": scenario.build_robot(setup),
     }
 
 
@@ -127,7 +128,9 @@ def make_teleop_diagram(
     operated = source.HasOutputPort(signals.OPERATOR_INPUT)
     decomposer = decomposer or make_decomposers(scenario, setup, choice=operated)
     builder = DiagramBuilder()
-    systems = add_blocks(builder, _loop(scenario, setup, decomposer))
+    blocks = controller_blocks(scenario, setup, decomposer)
+    robot = {"robot": scenario.build_robot(setup)}
+    systems = add_blocks(builder, blocks | robot)
     ports = outputs(systems)
     if operated:
         ports = add_operator(builder, scenario, source, ports)

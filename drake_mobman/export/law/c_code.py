@@ -1,6 +1,6 @@
 """Programs printed as functions in C99."""
 
-from drake_mobman.operations import Constant, Input, Operand, Operation, Program, Step
+from drake_mobman.operations import Input, Operand, Operation, Program, Step
 
 _OPERATORS = {
     "add": "{} + {}",
@@ -44,8 +44,7 @@ def function(name: str, program: Program) -> str:
 
 def number(x: float) -> str:
     """Returns a number as C99 writes it, to the last bit."""
-    text = repr(x)
-    return _SPECIAL.get(text, float.hex(x) if "." in text or "e" in text else text)
+    return _SPECIAL.get(repr(x)) or x.hex()
 
 
 def _line(operation: Operation) -> str:
@@ -60,12 +59,5 @@ def _text(operand: Operand) -> str:
         return f"v{operand.place}"
     if isinstance(operand, Input):
         return f"in[{operand.place}]"
-    return _constant(operand)
-
-
-def _constant(constant: Constant) -> str:
-    x = constant.value
-    if isinstance(x, bool):
-        return str(int(x))
-    # In brackets, as `a - -b` would be `a --b` where a printer left out spaces.
-    return f"({number(x)})" if x < 0 else number(x)
+    x = operand.value
+    return str(int(x)) if isinstance(x, bool) else number(x)
